@@ -1,0 +1,111 @@
+"""Figures in the suite's one style, drawn without a screen: the only door to matplotlib.
+
+>>> figure, (top, bottom) = panels(2, share_x=True)
+>>> line = top.plot([0.0, 1.0], [2.0, 3.0], color=SIDE_1)
+>>> save(figure, "two.png")  # doctest: +SKIP
+"""
+
+import io
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, which the colour-blind can tell apart.
+SIDE_1 = "#0072b2"
+SIDE_2 = "#d55e00"
+JOINT = "#00856a"
+TRUTH = "#222222"
+MEASURED = "#999999"
+WARNING = "#cc79a7"
+SIDES = (SIDE_1, SIDE_2)
+
+BAND_ALPHA = 0.22
+WIDTH = 8.0  # inches, as matplotlib wants them
+
+STYLE = {
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.1,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 130,
+    "svg.fonttype": "none",  # text stays text: small, searchable, in the page's font
+    "svg.hashsalt": "vsa",  # same figure, same file
+    "path.simplify_threshold": 0.3,
+}
+
+
+def panels(
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    height: float | None = None,
+    width: float = WIDTH,
+    share_x: bool = False,
+    title: str = "",
+) -> tuple[Figure, Any]:
+    """A figure and its axes: one, a row of them, or rows of them as numpy does it; sizes in inches."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height))
+        axes = figure.subplots(rows, columns, sharex=share_x)
+        if title:
+            figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
+    return figure, axes
+
+
+def band(axes: Axes, x: Any, low: Any, high: Any, color: str) -> None:
+    """The interval of a quantity, shaded between `low` and `high`."""
+    axes.fill_between(x, low, high, color=color, alpha=BAND_ALPHA, linewidth=0.0)
+
+
+def limits(axes: Axes, *series: Any, margin: float = 0.08, tail: float = 0.005) -> None:
+    """Fit the y axis to `series`, but for a `tail` of extremes that would hide everything else."""
+    values = np.concatenate([np.ravel(np.asarray(one, dtype=float)) for one in series])
+    values = values[np.isfinite(values)]
+    if len(values):
+        low, high = np.quantile(values, [tail, 1.0 - tail])
+        room = margin * (high - low) or 0.1 * abs(high) or 1.0
+        axes.set_ylim(low - room, high + room)
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write the figure in the format that the suffix names (png, svg, pdf); makes the folder."""
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(STYLE):
+        figure.savefig(path, metadata={"Date": None} if Path(path).suffix == ".svg" else None)
+
+
+def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
+    """Write one PDF with a figure a page; makes the folder."""
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(STYLE), PdfPages(path) as pages:
+        for figure in figures:
+            pages.savefig(figure)
+
+
+def inline_svg(figure: Figure, name: str) -> str:
+    """The figure as an <svg> element for an HTML page; `name` keeps its ids apart from those of other figures."""
+    buffer = io.StringIO()
+    with matplotlib.rc_context(STYLE | {"svg.hashsalt": name}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    return re.sub(r'<g id="[^"]*"', "<g", text)
