@@ -1,0 +1,157 @@
+"""The one door to cantools: a DBC file says what the bytes of a frame mean."""
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import cantools
+from cantools.database.can import Message as CanMessage
+from cantools.database.can import Signal as CanSignal
+
+Values = tuple[int | float, ...]
+
+
+def _installed(name: str) -> Path:
+    beside = Path(__file__).resolve().parent.parent / "config" / name  # source tree and symlink install
+    if beside.exists():
+        return beside
+    from ament_index_python import get_package_share_directory
+
+    return Path(get_package_share_directory("vsa_driver")) / "config" / name
+
+
+RIG_DBC = _installed("vsa_rig.dbc")
+
+
+class FrameError(ValueError):
+    """A DBC file, message or signal that is not there, or bytes that do not fit; the text names it."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """What a DBC file says of one signal."""
+
+    name: str
+    unit: str
+    bits: int
+    minimum: float | None
+    maximum: float | None
+
+
+class Message:
+    """One message of a DBC file: bytes to values and back."""
+
+    def __init__(self, message: CanMessage) -> None:
+        self._message = message
+        self.name = message.name
+        self.id = message.frame_id
+        self.extended = message.is_extended_frame
+        self.fd = message.is_fd
+        self.length = message.length
+
+    def signal(self, name: str) -> Signal:
+        """Description of a signal. Raises FrameError where there is none of that name."""
+        found = self._signal(name)
+        return Signal(name, found.unit or "", found.length, found.minimum, found.maximum)
+
+    def encode(self, values: Mapping[str, float]) -> bytes:
+        """Bytes of the frame from values in the DBC's units. Raises FrameError for one missing or out of range."""
+        try:
+            return self._message.encode(dict(values), strict=True)
+        except (cantools.database.Error, KeyError, ValueError, OverflowError, TypeError) as error:
+            raise FrameError(f"{self.name}: {' '.join(str(error).split())}") from error
+
+    def decode(self, data: bytes) -> dict[str, float]:
+        """Values of all signals in the DBC's units. Raises FrameError for a wrong length."""
+        self._check_length(data)
+        return self._message.decode(data, decode_choices=False)  # type: ignore[return-value]
+
+    def reader(self, *names: str) -> Callable[[bytes], Values]:
+        """A fast function from a frame's bytes to the values of the named signals, in that order.
+
+        It raises FrameError for a wrong length, and where a multiplexed frame does not carry the signal.
+        """
+        signals = [self._signal(name) for name in names]
+        if any(signal.multiplexer_ids or signal.is_float for signal in signals):
+            return self._slow_reader(names)
+        extractors = [_extractor(signal, self.length) for signal in signals]
+
+        def read(data: bytes) -> Values:
+            if len(data) != self.length:
+                self._check_length(data)
+            number = int.from_bytes(data, "little")
+            return tuple([extract(number) for extract in extractors])
+
+        return read
+
+    def _slow_reader(self, names: tuple[str, ...]) -> Callable[[bytes], Values]:
+        def read(data: bytes) -> Values:
+            values = self.decode(data)
+            try:
+                return tuple(values[name] for name in names)
+            except KeyError as error:
+                raise FrameError(f"{self.name}: frame without signal {error}") from error
+
+        return read
+
+    def _signal(self, name: str) -> CanSignal:
+        names = [signal.name for signal in self._message.signals]
+        if name not in names:
+            raise FrameError(f"message {self.name} has no signal {name!r}{_hint(name, names)}")
+        return self._message.get_signal_by_name(name)
+
+    def _check_length(self, data: bytes) -> None:
+        if len(data) != self.length:
+            raise FrameError(f"{self.name}: {len(data)} bytes, expected {self.length}")
+
+
+class FrameSet:
+    """All messages of a DBC file.
+
+    >>> FrameSet(RIG_DBC).message("Transmission1").signal("Force").unit
+    'N'
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        try:
+            database = cantools.database.load_file(path)
+        except (OSError, ValueError, KeyError, cantools.database.Error) as error:
+            raise FrameError(f"cannot read DBC {path}: {' '.join(str(error).split())}") from error
+        if not isinstance(database, cantools.database.can.Database):
+            raise FrameError(f"cannot read DBC {path}: it describes no CAN messages")
+        self.path = Path(path)
+        self._messages = {message.name: Message(message) for message in database.messages}
+
+    def message(self, name: str) -> Message:
+        """The message of that name. Raises FrameError where there is none."""
+        if name not in self._messages:
+            raise FrameError(f"DBC {self.path} has no message {name!r}{_hint(name, self._messages)}")
+        return self._messages[name]
+
+
+def _extractor(signal: CanSignal, length: int) -> Callable[[int], int | float]:
+    """Value of a signal from its frame read as one little-endian integer."""
+    mask, sign = (1 << signal.length) - 1, 1 << (signal.length - 1)
+    scale, offset, signed = signal.scale, signal.offset, signal.is_signed
+    if signal.byte_order == "big_endian":
+        # a Motorola signal counts from its highest bit down through the bytes in their order
+        first = 8 * (signal.start // 8) + 7 - signal.start % 8
+        shift, mirrored = 8 * length - first - signal.length, True
+    else:
+        shift, mirrored = signal.start, False
+
+    def extract(number: int) -> int | float:
+        if mirrored:
+            number = int.from_bytes(number.to_bytes(length, "little"), "big")
+        raw = (number >> shift) & mask
+        if signed and raw & sign:
+            raw -= mask + 1
+        return raw * scale + offset
+
+    return extract
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"; did you mean {near[0]}?" if near else ""
