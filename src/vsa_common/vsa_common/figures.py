@@ -50,6 +50,7 @@ STYLE = {
     "svg.hashsalt": "vsa",  # same figure, same file
     "path.simplify_threshold": 0.3,
 }
+matplotlib.rcParams.update(STYLE)
 
 
 def panels(
@@ -62,11 +63,10 @@ def panels(
     title: str = "",
 ) -> tuple[Figure, Any]:
     """A figure and its axes: one, a row of them, or rows of them as numpy does it; sizes in inches."""
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height))
-        axes = figure.subplots(rows, columns, sharex=share_x)
-        if title:
-            figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
+    figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height))
+    axes = figure.subplots(rows, columns, sharex=share_x)
+    if title:
+        figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
     return figure, axes
 
 
@@ -88,14 +88,13 @@ def limits(axes: Axes, *series: Any, margin: float = 0.08, tail: float = 0.005) 
 def save(figure: Figure, path: str | Path) -> None:
     """Write the figure in the format that the suffix names (png, svg, pdf); makes the folder."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    with matplotlib.rc_context(STYLE):
-        figure.savefig(path, metadata={"Date": None} if Path(path).suffix == ".svg" else None)
+    figure.savefig(path, metadata={"Date": None} if Path(path).suffix == ".svg" else None)
 
 
 def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
     """Write one PDF with a figure a page; makes the folder."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    with matplotlib.rc_context(STYLE), PdfPages(path) as pages:
+    with PdfPages(path) as pages:
         for figure in figures:
             pages.savefig(figure)
 
@@ -103,7 +102,7 @@ def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
 def inline_svg(figure: Figure, name: str) -> str:
     """The figure as an <svg> element for an HTML page; `name` keeps its ids apart from those of other figures."""
     buffer = io.StringIO()
-    with matplotlib.rc_context(STYLE | {"svg.hashsalt": name}):
+    with matplotlib.rc_context({"svg.hashsalt": name}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
