@@ -64,32 +64,22 @@ class Message:
 
     def decode(self, data: bytes) -> dict[str, float]:
         """Values of all signals in the DBC's units. Raises FrameError for a wrong length."""
-        self._check_length(data)
+        if len(data) != self.length:
+            raise FrameError(f"{self.name}: {len(data)} bytes, expected {self.length}")
         return self._message.decode(data, decode_choices=False)  # type: ignore[return-value]
 
     def reader(self, *names: str) -> Callable[[bytes], Values]:
-        """A fast function from a frame's bytes to the values of the named signals, in that order.
+        """A function from a frame's bytes to the values of the named signals, in that order.
 
         It raises FrameError for a wrong length, and where a multiplexed frame does not carry the signal.
         """
-        signals = [self._signal(name) for name in names]
-        if any(signal.multiplexer_ids or signal.is_float for signal in signals):
-            return self._slow_reader(names)
-        extractors = [_extractor(signal, self.length) for signal in signals]
+        for name in names:
+            self._signal(name)
 
-        def read(data: bytes) -> Values:
-            if len(data) != self.length:
-                self._check_length(data)
-            number = int.from_bytes(data, "little")
-            return tuple([extract(number) for extract in extractors])
-
-        return read
-
-    def _slow_reader(self, names: tuple[str, ...]) -> Callable[[bytes], Values]:
         def read(data: bytes) -> Values:
             values = self.decode(data)
             try:
-                return tuple(values[name] for name in names)
+                return tuple([values[name] for name in names])
             except KeyError as error:
                 raise FrameError(f"{self.name}: frame without signal {error}") from error
 
@@ -100,10 +90,6 @@ class Message:
         if name not in names:
             raise FrameError(f"message {self.name} has no signal {name!r}{_hint(name, names)}")
         return self._message.get_signal_by_name(name)
-
-    def _check_length(self, data: bytes) -> None:
-        if len(data) != self.length:
-            raise FrameError(f"{self.name}: {len(data)} bytes, expected {self.length}")
 
 
 class FrameSet:
@@ -128,28 +114,6 @@ class FrameSet:
         if name not in self._messages:
             raise FrameError(f"DBC {self.path} has no message {name!r}{_hint(name, self._messages)}")
         return self._messages[name]
-
-
-def _extractor(signal: CanSignal, length: int) -> Callable[[int], int | float]:
-    """Value of a signal from its frame read as one little-endian integer."""
-    mask, sign = (1 << signal.length) - 1, 1 << (signal.length - 1)
-    scale, offset, signed = signal.scale, signal.offset, signal.is_signed
-    if signal.byte_order == "big_endian":
-        # a Motorola signal counts from its highest bit down through the bytes in their order
-        first = 8 * (signal.start // 8) + 7 - signal.start % 8
-        shift, mirrored = 8 * length - first - signal.length, True
-    else:
-        shift, mirrored = signal.start, False
-
-    def extract(number: int) -> int | float:
-        if mirrored:
-            number = int.from_bytes(number.to_bytes(length, "little"), "big")
-        raw = (number >> shift) & mask
-        if signed and raw & sign:
-            raw -= mask + 1
-        return raw * scale + offset
-
-    return extract
 
 
 def _hint(name: str, known: Iterable[str]) -> str:
