@@ -1,0 +1,1 @@
+"""Impedance of an antagonistic joint from its two transmissions, and stiffness control with it."""

@@ -1,0 +1,122 @@
+"""Node: the impedance of both transmissions in, the impedance of the joint out."""
+
+import time
+from functools import partial
+
+from vsa_common.node import ERROR, OK, RELIABLE, STALE, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.stamps import nanoseconds, set_stamp
+from vsa_msgs.msg import JointImpedance, TransmissionImpedance
+
+from vsa_joint.configuration import CONSISTENT, JointConfig
+from vsa_joint.fusion import JointEstimate, JointFusion, Side
+from vsa_joint.propagation import Rod
+from vsa_joint.status import Status
+
+_LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
+
+
+class JointNode(SuiteNode[JointConfig]):
+    """Publish `joint_impedance` for every pair of transmission estimates, and when they stop."""
+
+    def __init__(self) -> None:
+        super().__init__("joint", JointConfig)
+
+    def start(self) -> None:
+        self._fusion = JointFusion(self.config)
+        self._message = JointImpedance()
+        self._message.reflection = (
+            JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
+        )
+        self._publisher = self.create_publisher(JointImpedance, "joint_impedance", RELIABLE)
+        self._inputs = [
+            self.create_subscription(
+                TransmissionImpedance, f"transmission_{side + 1}/impedance", partial(self._on_side, side), RELIABLE
+            )
+            for side in (0, 1)
+        ]
+        self._watch = self.create_timer(self.config.status_period, self._on_watch, clock=STEADY)
+
+    def stop(self) -> None:
+        self.destroy_timer(self._watch)
+        for subscription in self._inputs:
+            self.destroy_subscription(subscription)
+        self.destroy_publisher(self._publisher)
+
+    def health(self) -> Health:
+        if not self.active:
+            return super().health()
+        last, counts = self._fusion.newest, self._fusion.counts
+        values: dict[str, object] = {
+            "status": Status(last.status).name,
+            "pairs": counts.pairs,
+            "unpaired": counts.unpaired,
+            "dropped": counts.dropped,
+            "resets": last.reset_count,
+            "valid_frequency_hz": f"{last.valid_frequency:.3g}",
+        }
+        level, message = _LEVEL.get(Status(last.status), WARN), last.reason or "active"
+        if level == OK and last.maxwell_exceeds_mass:
+            level = WARN
+            message = (
+                f"damper and tendon in series outweigh the rods' mass: inertia holds only below "
+                f"{last.valid_frequency:.2g} Hz, use the response above"
+            )
+        return level, message, values
+
+    def _on_side(self, side: int, message: TransmissionImpedance) -> None:
+        estimate = self._fusion.add(side, _side(message), time.monotonic_ns())
+        if estimate is not None:
+            self._publish(estimate)
+
+    def _on_watch(self) -> None:
+        estimate = self._fusion.check(time.monotonic_ns())
+        if estimate is not None:
+            self._publish(estimate)
+
+    def _publish(self, estimate: JointEstimate) -> None:
+        fill(self._message, estimate)
+        self._publisher.publish(self._message)
+
+
+def _side(message: TransmissionImpedance) -> Side:
+    return Side(
+        nanoseconds(message.header.stamp),
+        message.force,
+        message.force_variance,
+        message.force_valid,
+        Rod(
+            message.stiffness,
+            message.damping,
+            message.inertia,
+            message.stiffness_variance,
+            message.damping_variance,
+            message.inertia_variance,
+            message.stiffness_damping_covariance,
+            message.stiffness_inertia_covariance,
+            message.damping_inertia_covariance,
+        ),
+        message.stiffness_valid,
+        message.damping_valid,
+        message.inertia_valid,
+        min(message.status, Status.FAULT),
+        message.reset_count,
+        message.reset_reason,
+    )
+
+
+def fill(message: JointImpedance, estimate: JointEstimate) -> None:
+    """Write an estimate into a message that is used again for every pair."""
+    set_stamp(message.header.stamp, estimate.stamp_ns)
+    set_stamp(message.transmission_stamp[0], estimate.transmission_stamp_ns[0])
+    set_stamp(message.transmission_stamp[1], estimate.transmission_stamp_ns[1])
+    for name in _SAME:
+        setattr(message, name, getattr(estimate, name))
+
+
+_OTHERWISE = ("stamp_ns", "transmission_stamp_ns", "maxwell_exceeds_mass")
+_SAME = tuple(name for name in JointEstimate.__dataclass_fields__ if name not in _OTHERWISE)
+
+
+def main() -> int:
+    """Entry point."""
+    return run(JointNode)

@@ -1,0 +1,197 @@
+"""Pairing, staleness and validity of the joint; instants are given, nothing waits."""
+
+from dataclasses import replace
+
+import pytest
+from vsa_common.configuration import ConfigurationError, build
+from vsa_joint.configuration import JointConfig
+from vsa_joint.fusion import QUEUE, JointFusion, Side
+from vsa_joint.propagation import Rod
+from vsa_joint.status import ResetReason, Status
+
+MS = 1_000_000
+GOOD = Side(0, 40.0, 1e-4, True, Rod(2300.0, 4000.0, 0.37, 100.0, 400.0, 1e-4), True, True, True, Status.VALID)
+
+
+def fusion(**values):
+    return JointFusion(build(JointConfig, values))
+
+
+def feed(core, side, stamp_ms, now_ms=None, **changes):
+    stamp = int(stamp_ms * MS)
+    return core.add(side, replace(GOOD, stamp_ns=stamp, **changes), int((stamp_ms if now_ms is None else now_ms) * MS))
+
+
+def run(core, until, lost=(), offset=0.1, first=0):
+    """Both sides at 1 kHz, the second `offset` ms later; `lost` has (side, index) that never come."""
+    out = []
+    for k in range(first, until):
+        for side, stamp in ((0, k), (1, k + offset)):
+            if (side, k) not in lost:
+                estimate = feed(core, side, stamp)
+                out += [estimate] if estimate else []
+    return out
+
+
+def skews_ms(estimates):
+    return [abs(a - b) / MS for a, b in (e.transmission_stamp_ns for e in estimates)]
+
+
+def test_every_pair_gives_one_estimate_stamped_with_the_later_side():
+    out = run(fusion(), 50)
+    assert len(out) == 50
+    assert out[7].stamp_ns == out[7].transmission_stamp_ns[1] == 7.1 * MS
+    assert all(e.status == Status.VALID and e.stiffness_valid and e.damping_valid and e.inertia_valid for e in out)
+
+
+@pytest.mark.parametrize("lost", [(0, 20), (1, 20)])
+@pytest.mark.parametrize("offset", [0.1, 0.4])
+def test_a_lost_sample_costs_one_pair_and_does_not_shift_the_pairing(lost, offset):
+    core = fusion(max_skew=0.005)
+    out = run(core, 60, lost=[lost], offset=offset)
+    assert len(out) == 59
+    assert max(skews_ms(out)) == pytest.approx(offset)
+    assert core.counts.unpaired == 1
+
+
+def test_sides_further_apart_than_max_skew_do_not_pair():
+    core = fusion(max_skew=0.001)
+    assert feed(core, 0, 0) is None
+    assert feed(core, 1, 1.5) is None
+    assert feed(core, 0, 1.6) is not None
+    assert core.counts.unpaired == 1
+
+
+def test_one_side_late_by_a_burst_still_pairs_in_order():
+    core = fusion()
+    for k in range(100):
+        assert feed(core, 0, k) is None
+    out = [feed(core, 1, k + 0.1, now_ms=100) for k in range(100)]
+    assert all(out) and max(skews_ms(out)) == pytest.approx(0.1)
+
+
+def test_the_queue_of_a_side_without_partner_is_bounded():
+    core = fusion()
+    run(core, QUEUE + 500, lost=[(1, k) for k in range(QUEUE + 500)])
+    assert core.counts.unpaired == 500
+
+
+def test_duplicates_late_and_infinite_samples_are_dropped_and_counted():
+    core = fusion()
+    run(core, 10)
+    before = core.newest
+    assert feed(core, 0, 9) is None
+    assert feed(core, 1, 3) is None
+    assert feed(core, 0, 10, force=float("nan")) is None
+    assert feed(core, 0, 11, rod=replace(GOOD.rod, damping=float("inf"))) is None
+    assert core.counts.dropped == 4
+    assert core.newest == before
+
+
+def test_a_clock_that_starts_over_pairs_again_from_there():
+    core = fusion()
+    for side in (0, 1):
+        for k in range(20):
+            feed(core, side, 5000 + k)
+    out = run(core, 30)
+    assert len(out) == 30
+
+
+def test_a_silent_side_is_named_within_a_hundred_milliseconds():
+    core = fusion()
+    run(core, 20)
+    silent_since = None
+    for now in range(20, 140, 20):
+        feed(core, 0, now)
+        estimate = core.check(now * MS)
+        if estimate is not None:
+            silent_since = silent_since or now
+            assert (estimate.status, estimate.stiffness_valid, estimate.force_valid) == (Status.STALE, False, False)
+            assert estimate.reason == "transmission_2 silent"
+    assert silent_since is not None and silent_since - 19.1 <= 100
+
+
+def test_a_slow_sensor_is_not_stale_between_its_samples():
+    core = fusion()
+    for k in range(5):
+        feed(core, 0, 100 * k)
+        feed(core, 1, 100 * k)
+    assert core.check(700 * MS) is None
+    assert core.check(1000 * MS) is not None
+
+
+def test_before_the_first_pair_the_status_is_initializing_and_says_what_is_missing():
+    core = fusion()
+    assert core.check(0).status == Status.INITIALIZING
+    feed(core, 0, 0)
+    estimate = core.check(10 * MS)
+    assert (estimate.status, estimate.reason) == (Status.INITIALIZING, "no sample yet of transmission_2")
+
+
+def test_sides_that_never_meet_are_said_so():
+    core = fusion(max_skew=0.001)
+    for k in range(20):
+        feed(core, 0, 10 * k)
+        feed(core, 1, 10 * k + 5)
+    assert core.check(200 * MS).reason == "no stamps within max_skew of each other"
+
+
+def test_recovers_by_itself():
+    core = fusion()
+    run(core, 20)
+    assert core.check(300 * MS).status == Status.STALE
+    out = run(core, 420, first=400)
+    assert out[-1].status == Status.VALID and out[-1].stiffness_valid
+
+
+@pytest.mark.parametrize("status", [Status.INITIALIZING, Status.STALE, Status.FAULT])
+def test_a_side_that_is_not_well_makes_the_joint_invalid_and_is_named(status):
+    core = fusion()
+    feed(core, 0, 0)
+    estimate = feed(core, 1, 0, status=status)
+    assert not (estimate.stiffness_valid or estimate.damping_valid or estimate.inertia_valid)
+    assert (estimate.status, estimate.reason) == (status, f"transmission_2 {status.name}")
+
+
+def test_each_quantity_has_its_own_validity():
+    core = fusion()
+    feed(core, 0, 0, inertia_valid=False)
+    estimate = feed(core, 1, 0)
+    assert (estimate.stiffness_valid, estimate.damping_valid, estimate.inertia_valid) == (True, True, False)
+    feed(core, 0, 1, damping_valid=False, force_valid=False)
+    estimate = feed(core, 1, 1)
+    assert (estimate.stiffness_valid, estimate.damping_valid, estimate.force_valid) == (True, False, False)
+
+
+def test_resets_of_both_sides_add_and_the_last_reason_stays():
+    core = fusion()
+    feed(core, 0, 0, reset_count=2, reset_reason=ResetReason.GAP)
+    feed(core, 1, 0, reset_count=1, reset_reason=ResetReason.REQUESTED)
+    feed(core, 0, 1, reset_count=2, reset_reason=ResetReason.GAP)
+    assert feed(core, 1, 1, reset_count=2, reset_reason=ResetReason.INNOVATION).reset_count == 4
+    feed(core, 0, 2, reset_count=2, reset_reason=ResetReason.GAP)
+    assert feed(core, 1, 2, reset_count=2, reset_reason=ResetReason.INNOVATION).reset_reason == ResetReason.INNOVATION
+
+
+def test_paper_reflection_doubles_what_the_dampers_add():
+    values = {"tendon_stiffness": [1e9, 1e9]}
+    damping = {}
+    for kind in ("consistent", "paper"):
+        core = fusion(reflection=kind, **values)
+        feed(core, 0, 0)
+        damping[kind] = feed(core, 1, 0).damping - 0.01
+    assert damping["paper"] == pytest.approx(2.0 * damping["consistent"], rel=1e-5)
+
+
+def test_a_damper_that_outweighs_the_mass_sets_the_maxwell_warning():
+    core = fusion()
+    feed(core, 0, 0)
+    assert feed(core, 1, 0).maxwell_exceeds_mass
+    light = replace(GOOD.rod, damping=100.0)
+    feed(core, 0, 1, rod=light)
+    assert not feed(core, 1, 1, rod=light).maxwell_exceeds_mass
+
+
+def test_a_geometry_of_three_sides_is_refused():
+    with pytest.raises(ConfigurationError, match="radius"):
+        fusion(radius=[0.02, 0.02, 0.02])
