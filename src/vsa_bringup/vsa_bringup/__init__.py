@@ -1,0 +1,1 @@
+"""Launch files, configuration and the user's tools: demo, record, report, view, design, bench."""
