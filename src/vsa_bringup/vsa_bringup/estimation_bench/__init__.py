@@ -1,0 +1,1 @@
+"""The estimators and their peers on the same simulated recordings."""

@@ -1,0 +1,73 @@
+"""What the peers share: causal filters and a polynomial basis, over many recordings side by side.
+
+Arrays are (recordings, samples).
+"""
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+from scipy.signal import bilinear, lfilter
+
+Array = NDArray[np.float64]
+
+QUIET = 0.02e-3  # an encoder noisier than this is smoothed before a polynomial is evaluated at it [m]
+RANGE = (0.0, 0.020)  # deflection that the polynomials span [m]
+
+
+def state_variable_filter(signal: Array, rate: float, cutoff: float) -> tuple[Array, Array]:
+    """Signal and its first derivative behind a causal third-order Butterworth filter of `cutoff` [Hz]."""
+    w = 2.0 * np.pi * cutoff
+    denominator = [1.0, 2.0 * w, 2.0 * w**2, w**3]
+    first = signal[:, :1]
+    value, slope = (
+        lfilter(*bilinear(numerator, denominator, rate), signal - first, axis=1)
+        for numerator in ([w**3], [w**3, 0.0])
+    )
+    return value + first, slope
+
+
+def second_derivative(signal: Array, rate: float, cutoff: float) -> Array:
+    """Second derivative behind the same filter."""
+    w = 2.0 * np.pi * cutoff
+    b, a = bilinear([w**3, 0.0, 0.0], [1.0, 2.0 * w, 2.0 * w**2, w**3], rate)
+    return np.asarray(lfilter(b, a, signal - signal[:, :1], axis=1))
+
+
+def evaluation_point(deflection: Array, rate: float, noise: float) -> Array:
+    """Deflection at which a fitted law is evaluated: as measured where that is quiet, else behind 15 Hz."""
+    return deflection if noise <= QUIET else state_variable_filter(deflection, rate, 15.0)[0]
+
+
+def basis(deflection: Array, degree: int) -> tuple[Array, Array]:
+    """Chebyshev polynomials 0 to `degree` over RANGE and their slopes [1/m], stacked in the last axis."""
+    low, high = RANGE
+    scaled = (2.0 * deflection - low - high) / (high - low)
+    slopes = [chebyshev.chebval(scaled, chebyshev.chebder(row)) for row in np.eye(degree + 1)]
+    return chebyshev.chebvander(scaled, degree), np.stack(slopes, axis=-1) * 2.0 / (high - low)
+
+
+class ForgettingLeastSquares:
+    """Recursive least squares with exponential forgetting, one problem a recording.
+
+    The covariance is scaled back where lack of excitation would wind it up.
+    """
+
+    START = 100.0  # variance of a coefficient at the start [N^2]
+    WINDUP = 10.0  # times the start's trace
+
+    def __init__(self, start: Array, forgetting: float) -> None:
+        """`start`: (recordings, coefficients); `forgetting`: weight of the past after one step, below 1."""
+        self.coefficients = start.copy()
+        self._forgetting = forgetting
+        self._p = np.tile(self.START * np.eye(start.shape[1]), (len(start), 1, 1))
+        self._most = self.WINDUP * self.START * start.shape[1]
+
+    def add(self, row: Array, value: Array) -> None:
+        """One equation a recording: row (recordings, coefficients), value (recordings,)."""
+        ph = np.einsum("sij,sj->si", self._p, row)
+        scale = self._forgetting + np.einsum("si,si->s", row, ph)
+        error = value - np.einsum("si,si->s", row, self.coefficients)
+        self.coefficients += ph * (error / scale)[:, None]
+        self._p = (self._p - ph[:, :, None] * ph[:, None, :] / scale[:, None, None]) / self._forgetting
+        trace = np.trace(self._p, axis1=1, axis2=2)
+        self._p *= np.minimum(1.0, self._most / trace)[:, None, None]

@@ -1,0 +1,47 @@
+"""What the tools show on a terminal: the one door to rich."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+PIPE_WIDTH = 160  # columns where the output is a file or a pipe
+
+
+class Bar:
+    """A progress bar; does nothing where nobody looks."""
+
+    def __init__(self, progress: Progress, total: float, text: str) -> None:
+        self._progress = progress
+        self._task = progress.add_task(text, total=total)
+
+    def advance(self, steps: float = 1.0, text: str | None = None) -> None:
+        """So much more is done; `text` says what is next."""
+        self._progress.update(self._task, advance=steps, description=text)
+
+
+@contextmanager
+def progress(total: float, text: str, count: bool = False) -> Iterator[Bar]:
+    """A bar on stderr while the block runs, silent when stderr is no terminal; `count` shows steps, not percent."""
+    columns = (MofNCompleteColumn() if count else TaskProgressColumn(), TimeRemainingColumn())
+    console = Console(stderr=True)
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bars:
+        yield Bar(bars, total, text)
+
+
+def show_table(
+    title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], note: str = "", texts: int = 1
+) -> None:
+    """A table on stdout; the first `texts` columns are text, the others are numbers."""
+    table = Table(title=title, title_justify="left", caption=note or None, caption_justify="left")
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i < texts else "right", no_wrap=i < texts)
+    for row in rows:
+        table.add_row(*row)
+    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
+    console.print(table)

@@ -1,0 +1,33 @@
+"""Which filter estimates, chosen by the parameter `formulation`."""
+
+from typing import Protocol
+
+from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.values import Estimate, State
+
+
+class TransmissionEstimator(Protocol):
+    """What every formulation offers."""
+
+    def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate:
+        """Take one paired sample in ([ns], [N], [m]); the estimate at its stamp."""
+        ...
+
+    def state(self) -> State:
+        """What is known and how it is doing."""
+        ...
+
+    def reset(self, reason: str) -> None:
+        """Forget everything but the configuration."""
+        ...
+
+
+def create_estimator(config: EstimatorConfig) -> TransmissionEstimator:
+    """The estimator that `config` asks for, in its first state."""
+    if config.formulation == "force_rate":
+        from vsa_estimator.force_rate import ForceRateEstimator
+
+        return ForceRateEstimator(config)
+    from vsa_estimator.estimator import Estimator
+
+    return Estimator(config)
