@@ -1,4 +1,4 @@
-"""Spring and cam of section II-B against the paper's printed numbers and an independent way back from the cut surface."""
+"""Spring and cam of section II-B against the paper's numbers and an independent way back from the cut surface."""
 
 import csv
 import math

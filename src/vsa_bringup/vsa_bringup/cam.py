@@ -124,7 +124,7 @@ def _contact(cut_x: np.ndarray, cut_y: np.ndarray, radius: float, x: float) -> t
 
 
 def least_preload(spring: ExponentialSpring, follower: Follower, max_deflection: float) -> float:
-    """Compression at rest [m] from which on the roller reaches every point of its path; NaN where none up to 0.1 m does."""
+    """Preload [m] from which on the roller reaches every point of its path; NaN where none up to 0.1 m does."""
 
     def fits(preload: float) -> bool:
         cam = cam_for(spring, replace(follower, preload=preload), max_deflection, points=1001)

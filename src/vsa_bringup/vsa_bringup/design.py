@@ -81,26 +81,29 @@ def check_force(spring: ExponentialSpring, follower: Follower, cam: Cam) -> floa
 
 def describe(wanted: Design, spring: ExponentialSpring, cam: Cam) -> str:
     """What was designed, in the paper's N and mm beside SI."""
+    rest, stroke = wanted.rest_length, wanted.max_deflection
     sign = "+" if spring.force_offset >= 0.0 else "-"
+    softest, stiffest = 1e-3 * spring.stiffness(np.array([0.0, stroke]))
     angle = np.degrees(np.arctan(cam.slope))
-    stiffness = spring.stiffness(np.array([0.0, wanted.max_deflection]))
-    roller = "any roller fits" if np.isinf(cam.largest_roller) else f"rollers below {1e3 * cam.largest_roller:.3g} mm fit"
+    roller = (
+        f"rollers below {1e3 * cam.largest_roller:.3g} mm fit" if cam.largest_roller < np.inf else "any roller fits"
+    )
     lines = [
         f"F_S = {spring.k1:.4f} exp({1e-3 * spring.k2:.4f} x) {sign} {abs(spring.force_offset):.4f}    N, mm; eq. (2)",
-        f"k1 {spring.k1:.5g} N, k2 {spring.k2:.5g} 1/m, F0 {spring.force_offset:.5g} N, alpha = k2 L0 = "
-        f"{spring.k2 * wanted.rest_length:.5g}",
-        f"force {spring.force(0.0):.4g} N at rest, {spring.force(wanted.rest_length):.4g} N at "
-        f"{1e3 * wanted.rest_length:g} mm, {spring.force(wanted.max_deflection):.4g} N at {1e3 * wanted.max_deflection:g} mm",
-        f"stiffness {1e-3 * stiffness[0]:.4g} to {1e-3 * stiffness[1]:.4g} N/mm",
-        f"cam: {wanted.springs} x {1e-3 * wanted.spring_rate:g} N/mm, preload {1e3 * wanted.preload:g} mm, roller radius "
-        f"{1e3 * wanted.roller_radius:g} mm; lift {1e3 * cam.lift[-1]:.2f} mm, contact angle {angle.min():.1f} to "
-        f"{angle.max():.1f} deg; {roller}",
+        f"k1 {spring.k1:.5g} N, k2 {spring.k2:.5g} 1/m, F0 {spring.force_offset:.5g} N, "
+        f"alpha = k2 L0 = {spring.k2 * rest:.5g}",
+        f"force {spring.force(0.0):.4g} N at rest, {spring.force(rest):.4g} N at {1e3 * rest:g} mm, "
+        f"{spring.force(stroke):.4g} N at {1e3 * stroke:g} mm",
+        f"stiffness {softest:.4g} to {stiffest:.4g} N/mm",
+        f"cam: {wanted.springs} x {1e-3 * wanted.spring_rate:g} N/mm, preload {1e3 * wanted.preload:g} mm, "
+        f"roller radius {1e3 * wanted.roller_radius:g} mm; lift {1e3 * cam.lift[-1]:.2f} mm, "
+        f"contact angle {angle.min():.1f} to {angle.max():.1f} deg; {roller}",
         f"force computed back from the cut surface: within {1e2 * check_force(spring, wanted, cam):.3f} % of the law",
     ]
     if wanted.friction:
-        lost = 1.0 - cam.unloading_force / spring.force(cam.deflection)
+        lost = 1e2 * (1.0 - cam.unloading_force / spring.force(cam.deflection))
         stuck = "; it does not come back by itself there" if cam.unloading_force.min() <= 0.0 else ""
-        lines.append(f"friction takes {1e2 * lost.min():.1f} to {1e2 * lost.max():.1f} % of the force on the way back{stuck}")
+        lines.append(f"friction takes {lost.min():.1f} to {lost.max():.1f} % of the force on the way back{stuck}")
     return "\n".join(lines)
 
 
@@ -139,11 +142,13 @@ def _given(options: argparse.Namespace) -> dict[str, object]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="design", description=__doc__, allow_abbrev=False)
-    parser.add_argument("spec", nargs="?", type=Path, metavar="SPEC", help="YAML file with the names below, 'max_force: 200.0'")
-    parser.add_argument("--out", type=Path, default=Path("design"), help="folder for CSV and pictures (default: design)")
+    text = "YAML file with the names below, 'max_force: 200.0'"
+    parser.add_argument("spec", nargs="?", type=Path, metavar="SPEC", help=text)
+    text = "folder for CSV and pictures (default: design)"
+    parser.add_argument("--out", type=Path, default=Path("design"), metavar="DIR", help=text)
     for one in parameters(Design):
-        text = f"{one.text} [{one.unit}] (default: {one.default:g})"
-        parser.add_argument("--" + one.name.replace("_", "-"), dest=one.name, type=one.kind, metavar="NUMBER", help=text)
+        option, text = "--" + one.name.replace("_", "-"), f"{one.text} [{one.unit}] (default: {one.default:g})"
+        parser.add_argument(option, dest=one.name, type=one.kind, metavar="NUMBER", help=text)
     return parser
 
 

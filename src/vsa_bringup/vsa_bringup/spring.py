@@ -49,9 +49,9 @@ class ExponentialSpring:
 def spring_from(wanted: Specification) -> ExponentialSpring:
     """The spring that meets a specification.
 
-    Three conditions give F0, k1 and k2: force max_force at max_deflection; relative force error there where the force is
-    min_force, k2 (Fmin - F0) delta0 = C0 Fmin; and that this is so at rest_length. A given `alpha` replaces the third,
-    as in the paper: eq. (4) is alpha = 1.3288.
+    Three conditions give F0, k1 and k2: force max_force at max_deflection; relative force error where the force is
+    min_force, k2 (Fmin - F0) delta0 = C0 Fmin; and that this is so at rest_length. A given `alpha` replaces the
+    third, as in the paper: eq. (4) is alpha = 1.3288.
 
     Raises ConfigurationError where no exponential spring does it.
     """
@@ -78,7 +78,9 @@ def _k2(wanted: Specification) -> float:
 
 def _check_order(wanted: Specification) -> None:
     if wanted.min_force >= wanted.max_force:
-        raise ConfigurationError(f"min_force = {wanted.min_force:g} N: must be below max_force = {wanted.max_force:g} N")
+        raise ConfigurationError(
+            f"min_force = {wanted.min_force:g} N: must be below max_force = {wanted.max_force:g} N"
+        )
     if wanted.rest_length >= wanted.max_deflection:
         raise ConfigurationError(
             f"rest_length = {wanted.rest_length:g} m: must be below max_deflection = {wanted.max_deflection:g} m"
