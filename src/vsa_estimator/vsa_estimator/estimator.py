@@ -1,0 +1,291 @@
+"""Impedance of one transmission from its force and deflection, sample by sample.
+
+Live and replayed samples take the same way: intake -> block average -> filter -> report. The same samples give the
+same estimates to the bit: nothing here asks a clock, and long computations are cut into slices counted in steps.
+"""
+
+import math
+
+import numpy as np
+
+from vsa_estimator.blocks import Block, BlockAverage
+from vsa_estimator.health import Health
+from vsa_estimator.intake import Intake, Verdict
+from vsa_estimator.jerk import JerkDensity
+from vsa_estimator.learner import Learner
+from vsa_estimator.noise_level import NoiseLevel
+from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, judge
+from vsa_estimator.filter import REST_SPEED
+from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tracker import Tracker
+from vsa_estimator.values import Estimate, Reset, State, Status
+
+REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
+NOISE_MEMORY = 9.0  # [s]
+BRIDGED = 0.25  # silence up to this long is predicted across [s]
+COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
+STOP = 1.0  # data is kept for learning until this long after motion ends [s]
+RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
+STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
+INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
+
+
+class Estimator:
+    """The live estimator of one transmission, formulation `force`."""
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        """Compiles what has to be compiled, so that no sample waits for it."""
+        self.config = config
+        self._intake = Intake()
+        self._health = Health(config)
+        self._reset_count = 0
+        self._reset_reason = Reset.NONE
+        self._fused = 0
+        self._force_rejected = 0
+        self._deflection_rejected = 0
+        self._out = np.zeros(16)
+        self._begin()
+        warm_up()
+
+    def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
+        """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted."""
+        verdict = self._intake.judge(stamp_ns, force, deflection)
+        if verdict is Verdict.DROP:
+            return None
+        if verdict is Verdict.JUMP:
+            self.reset(Reset.TIME_JUMP)
+        fresh = self._health.observe(stamp_ns, force, deflection)
+        if not self._started:
+            self._start(stamp_ns, force, deflection)
+        for block in self._blocks.add(stamp_ns, deflection, force if fresh else None):
+            self._step(block)
+        self._fused += 1
+        self._force = force
+        self._stamp_ns = stamp_ns
+        self._estimate = self._report(stamp_ns)
+        return self._estimate
+
+    def coast(self, stamp_ns: int) -> Estimate | None:
+        """Estimate at an instant [ns] without a sample; STALE when silence lasts. None before the first sample."""
+        if not self._started or stamp_ns <= self._stamp_ns:
+            return None
+        return self._report(stamp_ns)
+
+    def reset(self, reason: Reset = Reset.REQUESTED) -> None:
+        """Forget everything but the counters."""
+        self._health.clear()
+        self._begin()
+        self._count_reset(reason)
+
+    def state(self) -> State:
+        """What the estimator knows now."""
+        tracker, known, estimate = self._tracker, self._known, self._estimate
+        if estimate is None:
+            status, stiffness_valid, damping_valid, moving = Status.INITIALIZING, False, False, False
+        else:
+            status, moving = estimate.status, estimate.velocity_valid
+            stiffness_valid, damping_valid = estimate.stiffness_valid, estimate.damping_valid
+        z, p = tracker.z.tolist(), tracker.p
+        variance = np.diag(p).tolist()
+        complaints = self._health.complaints(self._stamp_ns)
+        lines = explain(tracker, known, stiffness_valid, damping_valid)
+        reason = "; ".join(complaints) or ("" if stiffness_valid else lines[0])
+        if status is Status.INITIALIZING:
+            reason = "no sample yet"
+        return State(
+            self._stamp_ns, status, reason, self._reset_count, self._reset_reason,
+            z[0], variance[0], moving, z[1], variance[1], moving, z[2], variance[2], moving,
+            tracker.reference, z[3], variance[3], known.stiffness,
+            z[4], variance[4], known.k2,
+            z[5], variance[5], known.d1,
+            z[6], variance[6], known.d2,
+            z[7], variance[7], known.inertia,
+            z[8], variance[8], known.force_offset,
+            z[9], variance[9], known.coulomb_friction,
+            tuple(p[3:, 3:].ravel().tolist()), lines,
+            float(tracker.force_monitor[0]), float(tracker.force_monitor[1]),
+            float(tracker.deflection_monitor[0]), float(tracker.deflection_monitor[1]),
+            float(tracker.force_monitor[2]), self._force_noise.std, self._deflection_noise.std, self._jerk.density,
+            self._fused, self._intake.dropped, self._force_rejected, self._deflection_rejected,
+            self._health.force_repeated,
+        )  # fmt: skip
+
+    def _begin(self) -> None:
+        config = self.config
+        rate = config.filter_rate
+        memory = int(NOISE_MEMORY * rate)
+        quantisation = config.deflection_resolution / math.sqrt(12.0)
+        self._force_noise = NoiseLevel(config.force_noise_std, 0.0, memory)
+        self._deflection_noise = NoiseLevel(math.hypot(config.deflection_noise_std, quantisation), quantisation, memory)
+        self._jerk = JerkDensity()
+        self._blocks = BlockAverage(rate)
+        self._tracker = Tracker(config.initial, rate)
+        self._learner = Learner(config.initial, rate)
+        self._known = Known(*[False] * 7)
+        self._estimate: Estimate | None = None
+        self._started = False
+        self._has_fit = False
+        self._stamp_ns = self._step_ns = self._epoch_ns = 0
+        self._force = 0.0
+        self._moved_ns = self._refreshed_ns = self._accepted_ns = 0
+
+    def _start(self, stamp_ns: int, force: float, deflection: float) -> None:
+        self._tracker.start(deflection, force, self._deflection_noise.std**2)
+        self._epoch_ns = self._step_ns = self._refreshed_ns = self._accepted_ns = stamp_ns
+        self._moved_ns = stamp_ns - int(STOP * 1e9)
+        self._started = True
+
+    def _step(self, block: Block) -> None:
+        """One step of the filter at a block's mean stamp."""
+        tracker = self._tracker
+        dt = (block.stamp_ns - self._step_ns) * 1e-9
+        deflection_variance = self._deflection_noise.std**2 / block.count
+        if dt > BRIDGED:
+            self._resume(block, dt, deflection_variance)
+        elif dt > 0.0:
+            tracker.predict(dt, self._jerk.density)
+        self._step_ns = block.stamp_ns
+        if not tracker.correct_deflection(block.deflection, deflection_variance):
+            self._deflection_rejected += 1
+            if block.stamp_ns - self._accepted_ns > RELOCATE * 1e9:
+                self._relocate(block, deflection_variance)
+            return
+        self._accepted_ns = block.stamp_ns
+        self._deflection_noise.add(block.deflection, block.count)
+        self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
+        if abs(tracker.speed) > REST_SPEED:
+            self._moved_ns = block.stamp_ns
+        if block.force_count:
+            self._take_force(block, dt, deflection_variance)
+        else:
+            self._force_noise.interrupt()
+        if block.stamp_ns - self._refreshed_ns >= REFRESH * 1e9 - 0.5 * self._blocks.period_ns:
+            self._refreshed_ns = block.stamp_ns
+            self._refresh(block)
+        if not tracker.knows:
+            self._learn(block)
+        self._known = judge(tracker)
+
+    def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
+        tracker = self._tracker
+        self._force_noise.add(block.force, block.force_count)
+        if block.stamp_ns - self._moved_ns < STOP * 1e9:
+            self._learner.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
+        if not tracker.knows:
+            return
+        force_variance = self._force_noise.std**2 / block.force_count
+        if not tracker.correct_force(block.force, force_variance, deflection_variance, dt):
+            self._force_rejected += 1
+        if tracker.suspicious:
+            self._learner.clear()
+            tracker.forget(block.force)
+            self._has_fit = False
+            self._count_reset(Reset.INNOVATION)
+
+    def _refresh(self, block: Block) -> None:
+        self._force_noise.refresh()
+        self._deflection_noise.refresh()
+        self._jerk.refresh()
+        if self._tracker.knows:
+            return
+        if not self._has_fit and block.force_count:
+            self._tracker.forget(block.force)
+        period = max(1.0 / self.config.filter_rate, self._blocks.period_ns * 1e-9)
+        per_block = 1.0 / math.sqrt(block.count)
+        self._learner.begin(
+            period, self._tracker.reference, self._force_noise.std * per_block,
+            self._deflection_noise.std * per_block, self._jerk.density,
+        )  # fmt: skip
+
+    def _learn(self, block: Block) -> None:
+        fit = self._learner.advance()
+        if fit is None:
+            return
+        self._has_fit = True
+        floor = np.array([1e-6, (1e-3 * fit.mean[1]) ** 2, 1.0, 1e10, 0.0, 0.0, 0.0])
+        self._tracker.learn(fit.mean, fit.covariance + np.diag(floor))
+        if self._learner.sure(fit, self._force_noise.std / math.sqrt(block.count)):
+            self._tracker.knows = True
+            self._tracker.remember_stroke(*self._learner.range)
+
+    def _resume(self, block: Block, silence: float, deflection_variance: float) -> None:
+        """After a silence too long to predict across: a new place, the old coefficients."""
+        self._tracker.place(block.deflection, deflection_variance)
+        self._interrupt(block, deflection_variance)
+        if silence > COUNTED_GAP:
+            self._count_reset(Reset.GAP)
+
+    def _relocate(self, block: Block, deflection_variance: float) -> None:
+        """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
+        tracker = self._tracker
+        if tracker.knows and block.force_count:
+            moved = abs(block.force - tracker.expected_force(block.deflection))
+            stayed = abs(block.force - tracker.expected_force(float(tracker.z[0])))
+            if stayed < moved:
+                tracker.reference += block.deflection - float(tracker.z[0])
+        else:
+            tracker.reference = block.deflection
+            tracker.forget(block.force if block.force_count else self._force)
+            self._has_fit = False
+        tracker.place(block.deflection, deflection_variance)
+        self._learner.clear()
+        self._interrupt(block, deflection_variance)
+        self._count_reset(Reset.DEFLECTION)
+
+    def _interrupt(self, block: Block, deflection_variance: float) -> None:
+        self._accepted_ns = block.stamp_ns
+        self._jerk.restart(block.deflection, deflection_variance)
+        self._deflection_noise.interrupt()
+        self._force_noise.interrupt()
+
+    def _count_reset(self, reason: Reset) -> None:
+        self._reset_count += 1
+        self._reset_reason = reason
+
+    def _report(self, stamp_ns: int) -> Estimate:
+        """Estimate at an instant, predicted from the last step."""
+        ahead = min(max((stamp_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
+        self._tracker.report(ahead, self._jerk.density, self._out)
+        (x, x_variance, v, v_variance, a, a_variance, stiffness, ln_variance, damping, damping_variance, inertia,
+         inertia_variance, stiffness_damping, stiffness_inertia, damping_inertia, speed_limit) = self._out.tolist()  # fmt: skip
+        silence = (stamp_ns - self._stamp_ns) * 1e-9 if stamp_ns > self._stamp_ns else 0.0
+        stale = silence > max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
+        heard = silence <= INVALID_TIME
+        known, complaints = self._known, self._health.complaints(stamp_ns)
+        stiffness_valid = heard and ln_variance < STIFFNESS**2
+        tolerance = DAMPING * max(abs(damping), 0.2 * float(self._tracker.z[5]))
+        damping_valid = (
+            heard and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
+            and self._has_fit
+        )  # fmt: skip
+        if stale:
+            status = Status.STALE
+        elif not stiffness_valid:
+            status = Status.CONVERGING
+        else:
+            status = Status.DEGRADED if complaints else Status.VALID
+        sensed = heard and not complaints
+        z, p = self._tracker.z, self._tracker.p
+        return Estimate(
+            stamp_ns, self._force, self._force_noise.std**2, sensed, x, x_variance, heard, v, v_variance, heard,
+            a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,
+            damping, damping_variance, damping_valid, inertia, inertia_variance, heard and known.inertia,
+            stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
+            float(z[4]), float(p[4, 4]), float(z[6]), float(p[6, 6]), float(z[8]), float(z[9]),
+        )  # fmt: skip
+
+
+def warm_up() -> None:
+    """Run every compiled function once, so that the first samples do not wait for the compiler."""
+    tracker = Tracker(EstimatorConfig().initial, 100.0)
+    tracker.start(0.01, 30.0, 1e-10)
+    tracker.z[1] = 1e-3
+    tracker.knows = True
+    for _ in range(2):
+        tracker.predict(0.01, 1e-3)
+        tracker.correct_deflection(0.01, 1e-10)
+        tracker.correct_force(30.0, 1e-4, 1e-10, 0.01)
+    tracker.report(0.001, 1e-3, np.zeros(16))
+    jerk = JerkDensity()
+    jerk.add(0.01, 1e-10, 0.01)
+    jerk.add(0.01, 1e-10, 0.01)

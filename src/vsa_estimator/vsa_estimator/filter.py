@@ -1,0 +1,161 @@
+"""One step of the extended Kalman filter: predict, then deflection and force in turn, each with its gate.
+
+One source: compiled where numba is there, plain numpy where it is not.
+"""
+
+import numpy as np
+
+from vsa_estimator.accel import compiled
+from vsa_estimator.model import SIZE, Array, force, impedance_gradients, ln_stiffness, maximum_speed
+
+SOFT_GATE = 16.0  # normalised innovation squared from which a measurement counts for less
+HARD_GATE = 100.0  # and from which it is rejected
+
+# Drift of [s k2 d1 d2 M F0 d0] a second: what keeps the filter awake over hours, far below what it knows in one.
+DRIFT = np.array([3e-8, 3e-4, 3.0, 3e10, 0.0, 3e-5, 3e-6])
+
+REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
+REVERSAL_SPEED = 0.3e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
+REVERSAL_FORCE = 0.3  # ... by about this force [N] ...
+REVERSAL_TIME = 0.3  # ... and stays so for this long [s]
+
+LEAST_STROKE = 0.35  # k2 x stroke under which a bent spring looks like a straight one
+STROKE_MEMORY = 20.0  # time constant of the stroke that the filter remembers [s]
+
+
+@compiled
+def predict(z: Array, p: Array, dt: float, jerk_density: float) -> None:
+    """Carry state z and covariance p on by dt [s]: constant acceleration, white jerk of jerk_density [m^2/s^5]."""
+    half = 0.5 * dt * dt
+    z[0] += dt * z[1] + half * z[2]
+    z[1] += dt * z[2]
+    p[0] += dt * p[1] + half * p[2]
+    p[1] += dt * p[2]
+    p[:, 0] += dt * p[:, 1] + half * p[:, 2]
+    p[:, 1] += dt * p[:, 2]
+    q = jerk_density
+    p[0, 0] += q * dt**5 / 20.0
+    p[0, 1] += q * dt**4 / 8.0
+    p[0, 2] += q * dt**3 / 6.0
+    p[1, 1] += q * dt**3 / 3.0
+    p[1, 2] += q * dt**2 / 2.0
+    p[2, 2] += q * dt
+    for i in range(3):
+        p[i + 1 :, i] = p[i, i + 1 :]
+
+
+@compiled
+def correct(z: Array, p: Array, ph: Array, gain: Array, innovation: float, variance: float) -> None:
+    """Joseph form for any gain: p becomes p - K (PH)' - (PH) K' + K S K', symmetric to the bit."""
+    z += gain * innovation
+    for i in range(SIZE):
+        p[i] += gain[i] * (variance * gain - ph) - ph[i] * gain
+    for i in range(SIZE):
+        p[i + 1 :, i] = p[i, i + 1 :]
+
+
+@compiled
+def softened(nis: float, variance: float) -> float:
+    """Innovation variance, enlarged for an innovation beyond the soft gate."""
+    return variance * np.sqrt(nis / SOFT_GATE) if nis > SOFT_GATE else variance
+
+
+@compiled
+def correct_deflection(z: Array, p: Array, measured: float, noise_variance: float, monitor: Array) -> bool:
+    """Take one deflection [m] in; False where the gate rejects it. monitor: innovation and its variance."""
+    ph = p[0].copy()
+    variance = ph[0] + noise_variance
+    innovation = measured - z[0]
+    nis = innovation * innovation / variance
+    monitor[0] = innovation
+    monitor[1] = variance
+    if nis > HARD_GATE:
+        return False
+    variance = softened(nis, variance)
+    correct(z, p, ph, ph / variance, innovation, variance)
+    return True
+
+
+@compiled
+def correct_force(
+    z: Array, p: Array, reference: float, measured: float, noise_variance: float, deflection_variance: float,
+    dt: float, stroke: float, monitor: Array,
+) -> bool:  # fmt: skip
+    """Take one force [N] in; False where the gate rejects it. monitor: innovation, its variance, NIS.
+
+    Second order: the mean and the variance of the law's curvature under p go into innovation and noise.
+    `stroke` is the travel [m] of the last STROKE_MEMORY seconds.
+    """
+    gradient = np.zeros(SIZE)
+    hessian = np.zeros((SIZE, SIZE))
+    expected = force(z, reference, gradient, hessian)
+    curvature = hessian @ p
+    mean = 0.0
+    spread = 0.0
+    for i in range(SIZE):
+        mean += curvature[i, i]
+    spread = np.sum(curvature * curvature.T)
+    reversal = REVERSAL_FORCE * np.exp(-((z[1] / REVERSAL_SPEED) ** 2))
+    noise = (
+        noise_variance
+        + reversal * reversal * max(1.0, REVERSAL_TIME / dt)
+        + gradient[0] * gradient[0] * deflection_variance
+        + 0.5 * max(spread, 0.0)
+    )
+    innovation = measured - expected - 0.5 * mean
+    ph = p @ gradient
+    variance = gradient @ ph + noise
+    nis = innovation * innovation / variance
+    monitor[0] = innovation
+    monitor[1] = variance
+    monitor[2] = nis
+    if nis > HARD_GATE:
+        return False
+    variance = softened(nis, variance)
+    gain = ph / variance
+    # Schmidt: what this sample cannot tell apart stays as it is, and keeps its uncertainty.
+    if z[4] * stroke < LEAST_STROKE:
+        gain[4] = 0.0
+    if z[2] ** 2 < 9.0 * p[2, 2] or abs(z[2]) * np.sqrt(p[7, 7]) < 0.2 * np.sqrt(noise_variance):
+        gain[7] = 0.0
+    if z[1] ** 2 < 9.0 * p[1, 1]:
+        gain[5] = 0.0
+        gain[6] = 0.0
+    correct(z, p, ph, gain, innovation, variance)
+    z[4] = max(z[4], 20.0)
+    z[5] = max(z[5], 50.0)
+    z[7] = max(z[7], 0.0)
+    return True
+
+
+@compiled
+def report(z: Array, p: Array, reference: float, out: Array) -> None:
+    """Impedance and its covariance at state z into out (16).
+
+    Order: x v a each with its variance; stiffness with the variance of its logarithm; damping and inertia with their
+    variances; covariances stiffness-damping, stiffness-inertia, damping-inertia; v*.
+    """
+    ln_gradient = np.empty(SIZE)
+    damping_gradient = np.empty(SIZE)
+    impedance_gradients(z, reference, ln_gradient, damping_gradient)
+    sigma = np.exp(ln_stiffness(z, reference))
+    w = maximum_speed(z[5], z[6])
+    c = min(max(z[1], -w), w)
+    p_ln = p @ ln_gradient
+    p_damping = p @ damping_gradient
+    out[0] = z[0]
+    out[1] = p[0, 0]
+    out[2] = z[1]
+    out[3] = p[1, 1]
+    out[4] = z[2]
+    out[5] = p[2, 2]
+    out[6] = sigma
+    out[7] = ln_gradient @ p_ln
+    out[8] = z[5] + 3.0 * z[6] * c * c
+    out[9] = damping_gradient @ p_damping
+    out[10] = z[7]
+    out[11] = p[7, 7]
+    out[12] = sigma * (damping_gradient @ p_ln)
+    out[13] = sigma * p_ln[7]
+    out[14] = p_damping[7]
+    out[15] = w

@@ -1,0 +1,85 @@
+"""How lively the motion is: the jerk density under which the encoder alone is most likely.
+
+A bank of encoder-only filters, one for each half decade of jerk density, runs beside the estimator.
+"""
+
+from collections import deque
+
+import numpy as np
+
+from vsa_estimator.accel import compiled
+from vsa_estimator.model import Array
+
+CANDIDATES = 10.0 ** np.arange(-8.0, 1.1, 0.5)  # [m^2/s^5]
+LEAST = 1e-5  # the filter never assumes less [m^2/s^5]
+_LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
+
+
+@compiled
+def advance(bank: Array, density: Array, likelihood: Array, measured: float, noise_variance: float, dt: float) -> None:
+    """One step of all filters; bank rows are x, v, a and the six covariances; log likelihoods add up."""
+    x, v, a = bank[0], bank[1], bank[2]
+    pxx, pxv, pxa, pvv, pva, paa = bank[3], bank[4], bank[5], bank[6], bank[7], bank[8]
+    half = 0.5 * dt * dt
+    x += dt * v + half * a
+    v += dt * a
+    sva = pva + dt * paa
+    svv = pvv + dt * (pva + sva) + density * (dt**3 / 3.0)
+    sxa = pxa + dt * pva + half * paa
+    sxv = pxv + dt * pvv + half * pva + dt * sxa + density * (dt**4 / 8.0)
+    pxx += 2.0 * dt * pxv + dt * dt * pvv + half * (2.0 * pxa + 2.0 * dt * pva + half * paa) + density * (dt**5 / 20.0)
+    sxa += density * (dt**3 / 6.0)
+    sva += density * (dt * dt / 2.0)
+    paa += density * dt
+    variance = pxx + noise_variance
+    innovation = measured - x
+    likelihood -= 0.5 * (np.log(variance) + np.minimum(innovation * innovation / variance, _LOUD))
+    gx = pxx / variance
+    gv = sxv / variance
+    ga = sxa / variance
+    x += gx * innovation
+    v += gv * innovation
+    a += ga * innovation
+    paa -= ga * sxa
+    pva[:] = sva - gv * sxa
+    pvv[:] = svv - gv * sxv
+    pxa[:] = sxa - gx * sxa
+    pxv[:] = sxv - gx * sxv
+    pxx -= gx * pxx
+
+
+class JerkDensity:
+    """Running jerk density: the largest of the last `memory` windows' most likely values."""
+
+    def __init__(self, windows: int = 6, memory: int = 20) -> None:
+        """A window is what lies between two calls of `refresh`; likelihoods reach back over `windows` of them."""
+        self.density = 1e-3
+        self._bank = np.zeros((9, CANDIDATES.size))
+        self._likelihood = np.zeros(CANDIDATES.size)
+        self._recent: deque[Array] = deque(maxlen=windows)
+        self._best: deque[float] = deque(maxlen=memory)
+        self._started = False
+
+    def add(self, measured: float, noise_variance: float, dt: float) -> None:
+        """Take one deflection [m] that came dt [s] after the one before."""
+        if not self._started:
+            self.restart(measured, noise_variance)
+            return
+        advance(self._bank, CANDIDATES, self._likelihood, measured, noise_variance, dt)
+
+    def restart(self, measured: float, noise_variance: float) -> None:
+        """Begin anew at a place: after a gap, or where the encoder jumped."""
+        self._bank[:] = 0.0
+        self._bank[0] = measured
+        self._bank[3] = noise_variance
+        self._bank[6] = 4e-6
+        self._bank[8] = 25e-6
+        self._started = True
+
+    def refresh(self) -> float:
+        """Close a window; the density [m^2/s^5] to use from now on."""
+        self._recent.append(self._likelihood.copy())
+        self._likelihood[:] = 0.0
+        self._best.append(float(CANDIDATES[int(np.argmax(sum(self._recent)))]))
+        self.density = max(LEAST, max(self._best))
+        return self.density

@@ -1,0 +1,84 @@
+"""Learns start values from the moving part of the last seconds, a slice of work at each step."""
+
+import numpy as np
+
+from vsa_estimator.filter import LEAST_STROKE
+from vsa_estimator.model import Array
+from vsa_estimator.settings import Initial
+from vsa_estimator.startup import Fit, Regression, Work, smooth
+
+KEPT = 40.0  # moving data remembered [s]
+LEAST_TIME = 1.0  # no attempt before [s]
+LEAST_SAMPLES = 40
+
+
+class Learner:
+    """Buffer of moving data and the regression over it."""
+
+    def __init__(self, initial: Initial, rate: float) -> None:
+        """`rate` of the filter [Hz]."""
+        self._regression = Regression(initial)
+        self._buffer = np.zeros((int(KEPT * rate), 3))
+        self._count = 0
+        self._work: Work | None = None
+        self._range = (0.0, 0.0)
+        self._greatest_force = 0.0
+        self._duration = 0.0
+
+    def clear(self) -> None:
+        """Forget all data."""
+        self._count = 0
+        self._work = None
+
+    def add(self, time: float, deflection: float, force: float) -> None:
+        """Take a sample of a stretch that moves [s, m, N]."""
+        self._buffer[self._count % len(self._buffer)] = time, deflection, force
+        self._count += 1
+
+    def begin(
+        self, period: float, reference: float, force_noise_std: float, deflection_noise_std: float, jerk_density: float
+    ) -> None:
+        """Start on what has been collected, unless an earlier start is still at work."""
+        if self._work is not None or self._count < LEAST_SAMPLES:
+            return
+        time, deflection, force = self._ordered()
+        self._range = float(deflection.max()), float(deflection.min())
+        self._greatest_force = float(force.max())
+        self._duration = time.size * period
+        rows = smooth(time, deflection, force, period, deflection_noise_std, jerk_density)
+        if rows is not None:
+            self._work = self._regression.work(rows, reference, force_noise_std, deflection_noise_std)
+
+    def advance(self) -> Fit | None:
+        """One slice; the fit where that was the last one."""
+        if self._work is None:
+            return None
+        try:
+            next(self._work)
+        except StopIteration as finished:
+            self._work = None
+            fit: Fit | None = finished.value
+            return fit
+        return None
+
+    def sure(self, fit: Fit, force_noise_std: float) -> bool:
+        """Whether a filter that starts from this fit errs less by its linearisation than by noise."""
+        bent = fit.stroke * fit.mean[1]
+        elastic = max(self._greatest_force - fit.mean[5], 1.0)
+        error = (fit.ln_k2_std * bent) ** 2 / 8.0 * elastic
+        tolerated = 0.25 * force_noise_std * max(1.0, self._duration / 20.0) ** 2
+        known = fit.ln_k2_std < 0.1 and fit.covariance[0, 0] < 0.01
+        return bool(error < tolerated and known and bent > LEAST_STROKE)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Greatest and least deflection of the data learnt from [m]."""
+        return self._range
+
+    def _ordered(self) -> tuple[Array, Array, Array]:
+        size = len(self._buffer)
+        if self._count <= size:
+            data = self._buffer[: self._count].copy()
+        else:
+            data = np.roll(self._buffer, -(self._count % size), axis=0)
+        return data[:, 0], data[:, 1], data[:, 2]

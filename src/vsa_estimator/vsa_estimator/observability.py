@@ -1,0 +1,72 @@
+"""Which quantities are known, and what motion would help where one is not."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vsa_estimator.filter import LEAST_STROKE
+from vsa_estimator.model import Z, maximum_speed
+from vsa_estimator.tracker import Tracker
+
+STIFFNESS = 0.1  # greatest relative standard deviation of a valid stiffness
+DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D vanishes
+K2 = 0.05
+CUBIC = 0.25  # of a valid d2
+INERTIA = 0.2
+NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
+
+
+class Known(NamedTuple):
+    """Validity of each coefficient; the words for those that are not."""
+
+    stiffness: bool
+    k2: bool
+    d1: bool
+    d2: bool
+    inertia: bool
+    force_offset: bool
+    coulomb_friction: bool
+
+
+def judge(tracker: Tracker) -> Known:
+    """What the filter knows at its last step."""
+    z, p = tracker.z, tracker.p
+    std = np.sqrt(np.maximum(np.diag(p), 0.0)).tolist()
+    k2, d1, d2, mass = (abs(value) for value in z[4:8].tolist())
+    return Known(
+        stiffness=std[Z.S] < STIFFNESS,
+        k2=std[Z.K2] < K2 * k2 and tracker.enough_stroke,
+        d1=std[Z.D1] < DAMPING * d1,
+        d2=std[Z.D2] < CUBIC * d2,
+        inertia=std[Z.M] < INERTIA * mass,
+        force_offset=std[Z.F0] < 1.0,
+        coulomb_friction=std[Z.D0] < 0.2,
+    )
+
+
+def explain(tracker: Tracker, known: Known, stiffness_valid: bool, damping_valid: bool) -> tuple[str, ...]:
+    """One line for each quantity that is not valid: which, why, what motion helps."""
+    lines = []
+    if not stiffness_valid:
+        lines.append("stiffness: not yet known within 10 %; move slowly over several millimetres")
+    if not known.k2:
+        if tracker.enough_stroke:
+            lines.append("k2: not yet known within 5 %; keep moving")
+        else:
+            needed = 1e3 * LEAST_STROKE / float(tracker.z[Z.K2])
+            lines.append(f"k2: not observable on {1e3 * tracker.stroke:.1f} mm of travel; move over {needed:.1f} mm")
+    if not damping_valid:
+        limit = NEAR_MAXIMUM * maximum_speed(float(tracker.z[Z.D1]), float(tracker.z[Z.D2]))
+        if abs(tracker.speed) >= limit:
+            lines.append(f"damping: the damper is at its maximum beyond {1e3 * limit:.1f} mm/s; move slower")
+        else:
+            lines.append("damping: not yet known; move at different speeds up to a few mm/s")
+    if not known.d2:
+        lines.append("d2: not observable at this speed; move faster than half the damper's maximum")
+    if not known.inertia:
+        lines.append("inertia: not observable at this excitation; move with two tones above 0.7 Hz")
+    if not known.force_offset:
+        lines.append("force_offset: not yet known; move over several millimetres")
+    if not known.coulomb_friction:
+        lines.append("coulomb_friction: not yet known; reverse the motion")
+    return tuple(lines)

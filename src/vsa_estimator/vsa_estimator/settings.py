@@ -1,0 +1,49 @@
+"""Parameters of the estimator, in SI; each is a ROS parameter of the same name."""
+
+from dataclasses import dataclass
+
+from vsa_common.configuration import choice, group, quantity
+
+
+@dataclass(frozen=True)
+class Initial:
+    """Start values of the coefficients with their standard deviations, as `identify` writes them."""
+
+    k2: float = quantity(267.2, "1/m", 20.0, 5000.0, "growth of the exponential spring, eq. (2)")
+    k2_std: float = quantity(90.0, "1/m", 1e-3, 5000.0, "standard deviation of initial.k2")
+    d1: float = quantity(4000.0, "N s/m", 50.0, 1e6, "linear coefficient of the damper, eq. (5)")
+    d1_std: float = quantity(2400.0, "N s/m", 1e-3, 1e6, "standard deviation of initial.d1")
+    d2: float = quantity(-1.089e8, "N s^3/m^3", -1e12, 0.0, "cubic coefficient of the damper, eq. (5)")
+    d2_std: float = quantity(1.0e8, "N s^3/m^3", 1.0, 1e12, "standard deviation of initial.d2")
+    inertia: float = quantity(0.3755, "kg", 0.0, 1e5, "moving mass of the transmission, eq. (6)")
+    inertia_std: float = quantity(0.4, "kg", 1e-6, 1e5, "standard deviation of initial.inertia")
+    force_offset: float = quantity(16.39, "N", -1e4, 1e4, "F0 of the spring, eq. (2)")
+    force_offset_std: float = quantity(5.0, "N", 1e-4, 1e4, "standard deviation of initial.force_offset")
+    coulomb_friction: float = quantity(0.3, "N", 0.0, 1e3, "d0 of the damper, eq. (5)")
+    coulomb_friction_std: float = quantity(0.3, "N", 1e-4, 1e3, "standard deviation of initial.coulomb_friction")
+
+
+@dataclass(frozen=True)
+class EstimatorConfig:
+    """What one transmission's estimator has to be told."""
+
+    formulation: str = choice(
+        "force",
+        ("force", "force_rate"),
+        "force measures the force itself; force_rate is the paper's filter, eqs. (14) to (17) corrected",
+    )
+    filter_rate: float = quantity(
+        100.0, "Hz", 10.0, 1000.0, "rate of the filter; faster samples are averaged, the output keeps their rate"
+    )
+    force_noise_std: float = quantity(
+        0.017, "N", 1e-6, 100.0, "white noise of one force sample (section VI); adapted within 1/4 to 4 of it"
+    )
+    deflection_noise_std: float = quantity(
+        1e-5, "m", 1e-9, 1e-2, "white noise of one deflection sample (section VI); adapted within 1/4 to 4 of it"
+    )
+    deflection_resolution: float = quantity(1e-5, "m", 0.0, 1e-2, "step of the encoder; 0 for none")
+    force_limit: float = quantity(200.0, "N", 1e-3, 1e6, "beyond it the force sensor saturates; nothing is learnt there")
+    deflection_limit: float = quantity(
+        0.020, "m", 1e-6, 10.0, "beyond it the deflection saturates; nothing is learnt there"
+    )
+    initial: Initial = group(Initial)

@@ -1,0 +1,166 @@
+"""The filter's state over time: steps, rejections, and what to do when a sensor starts to tell another story."""
+
+from collections import deque
+
+import numpy as np
+
+from vsa_estimator.filter import (
+    DRIFT,
+    LEAST_STROKE,
+    REST_SPEED,
+    STROKE_MEMORY,
+    correct_deflection,
+    correct_force,
+    predict,
+    report,
+)
+from vsa_estimator.model import SIZE, Array, Z, force
+from vsa_estimator.settings import Initial
+
+START_SPEED_STD = 2e-3  # [m/s]
+START_ACCELERATION_STD = 5e-3  # [m/s^2]
+WATCH_TIME = 2.0  # innovations are watched over this long [s]
+SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
+LOUD = 100.0
+
+
+class Tracker:
+    """State and covariance of one transmission. `knows` says whether the force may correct the coefficients."""
+
+    def __init__(self, initial: Initial, rate: float) -> None:
+        """Wide start values; `rate` of the filter [Hz]."""
+        self._initial = initial
+        self._rate = rate
+        self.z = np.zeros(SIZE)
+        self.p = np.zeros((SIZE, SIZE))
+        self.reference = 0.0
+        self.knows = False
+        self.deflection_monitor = np.array([0.0, 1.0])
+        self.force_monitor = np.array([0.0, 1.0, 0.0])
+        self._watched: deque[float] = deque(maxlen=int(WATCH_TIME * rate))
+        self._watched_sum = 0.0
+        self._high = 0.0
+        self._low = 0.0
+
+    @property
+    def speed(self) -> float:
+        """Deflection rate [m/s]."""
+        return float(self.z[Z.V])
+
+    @property
+    def stroke(self) -> float:
+        """Travel of the last STROKE_MEMORY seconds [m]."""
+        return self._high - self._low
+
+    @property
+    def enough_stroke(self) -> bool:
+        """Whether the travel bends the spring's curve enough to tell k2."""
+        return bool(self.z[Z.K2] * self.stroke > LEAST_STROKE)
+
+    def start(self, deflection: float, measured_force: float, deflection_variance: float) -> None:
+        """Begin at a place, knowing the start values alone; the place becomes the reference."""
+        self.reference = float(deflection)
+        self.place(deflection, deflection_variance)
+        self.forget(measured_force)
+
+    def place(self, deflection: float, deflection_variance: float) -> None:
+        """Position anew, speed and acceleration unknown; the coefficients stay."""
+        self.z[:3] = deflection, 0.0, 0.0
+        self.p[:3] = 0.0
+        self.p[:, :3] = 0.0
+        self.p[0, 0] = 4.0 * deflection_variance
+        self.p[1, 1] = START_SPEED_STD**2
+        self.p[2, 2] = START_ACCELERATION_STD**2
+        self._high = self._low = deflection
+
+    def forget(self, measured_force: float) -> None:
+        """Coefficients back to their start values, the stiffness from the present force by eq. (3)."""
+        start, dx = self._initial, self.z[Z.X] - self.reference
+        elastic = max(measured_force - start.force_offset, 0.5)
+        relative = start.k2_std / start.k2
+        self.z[3:] = (
+            np.log(start.k2 * elastic) - start.k2 * dx, start.k2, start.d1, start.d2, start.inertia,
+            start.force_offset, start.coulomb_friction,
+        )  # fmt: skip
+        self.p[3:] = 0.0
+        self.p[:, 3:] = 0.0
+        k2_variance = start.k2_std**2
+        variances = (
+            relative**2 + (start.force_offset_std / elastic) ** 2 + dx * dx * k2_variance, k2_variance,
+            start.d1_std**2, start.d2_std**2, start.inertia_std**2, start.force_offset_std**2,
+            start.coulomb_friction_std**2,
+        )  # fmt: skip
+        self.p[range(3, SIZE), range(3, SIZE)] = variances
+        self.p[3, 4] = self.p[4, 3] = -dx * k2_variance
+        self.knows = False
+        self._clear_watch()
+
+    def learn(self, mean: Array, covariance: Array) -> None:
+        """Take over coefficients [s k2 d1 d2 M F0 d0] with their covariance."""
+        self.z[3:] = mean
+        self.z[Z.K2] = max(self.z[Z.K2], 20.0)
+        self.z[Z.D1] = max(self.z[Z.D1], 50.0)
+        self.z[Z.D0] = max(self.z[Z.D0], 0.02)
+        self.p[3:, :3] = 0.0
+        self.p[:3, 3:] = 0.0
+        self.p[3:, 3:] = covariance
+
+    def remember_stroke(self, high: float, low: float) -> None:
+        """The travel that the start values were learnt from [m]."""
+        self._high, self._low = high, low
+
+    def predict(self, dt: float, jerk_density: float) -> None:
+        """Carry on by dt [s]."""
+        predict(self.z, self.p, dt, jerk_density)
+
+    def correct_deflection(self, measured: float, variance: float) -> bool:
+        """Take a deflection in; False where the gate rejects it."""
+        return bool(correct_deflection(self.z, self.p, measured, variance, self.deflection_monitor))
+
+    def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
+        """Take a force in while moving; False where the gate rejects it."""
+        if abs(self.z[Z.V]) <= REST_SPEED:
+            return True
+        self.p[range(3, SIZE), range(3, SIZE)] += DRIFT * dt
+        x = float(self.z[Z.X])
+        leak = dt / STROKE_MEMORY
+        self._high = max(x, self._high - leak * (self._high - x))
+        self._low = min(x, self._low + leak * (x - self._low))
+        taken = bool(
+            correct_force(
+                self.z, self.p, self.reference, measured, variance, deflection_variance, dt, self.stroke,
+                self.force_monitor,
+            )
+        )  # fmt: skip
+        self._watch(min(float(self.force_monitor[2]), LOUD))
+        return taken
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether the force has not been explained for WATCH_TIME."""
+        full = len(self._watched) == self._watched.maxlen
+        return full and self._watched_sum > SUSPICION * len(self._watched)
+
+    def expected_force(self, deflection: float) -> float:
+        """Force of eq. (6) at another place with the present motion [N]."""
+        z = self.z.copy()
+        z[Z.X] = deflection
+        return float(force(z, self.reference, np.zeros(SIZE), np.zeros((SIZE, SIZE))))
+
+    def report(self, ahead: float, jerk_density: float, out: Array) -> None:
+        """Impedance `ahead` seconds from the last step into out, as filter.report orders it."""
+        z, p = self.z, self.p
+        if ahead > 0.0:
+            z, p = z.copy(), p.copy()
+            predict(z, p, ahead, jerk_density)
+        report(z, p, self.reference, out)
+
+    def _watch(self, nis: float) -> None:
+        if len(self._watched) == self._watched.maxlen:
+            self._watched_sum -= self._watched[0]
+        self._watched.append(nis)
+        self._watched_sum += nis
+
+    def _clear_watch(self) -> None:
+        self._watched.clear()
+        self._watched_sum = 0.0

@@ -1,0 +1,124 @@
+"""What the estimator hands out: named as in vsa_msgs, SI, immutable."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class Status(IntEnum):
+    """How an estimate is to be taken; the numbers are those of TransmissionImpedance."""
+
+    INITIALIZING = 0
+    CONVERGING = 1
+    VALID = 2
+    DEGRADED = 3
+    STALE = 4
+    FAULT = 5
+
+
+class Reset(IntEnum):
+    """Why the estimator started again; the numbers are those of TransmissionImpedance."""
+
+    NONE = 0
+    REQUESTED = 1
+    TIME_JUMP = 2
+    GAP = 3
+    INNOVATION = 4
+    DEFLECTION = 5
+
+
+class Estimate(NamedTuple):
+    """Mechanical impedance at one sensor sample, eqs. (8) and (9); fields as in TransmissionImpedance.
+
+    Every number is finite; one whose flag is false must not be used. The last six are the coefficients behind it.
+    """
+
+    stamp_ns: int
+    force: float  # [N]
+    force_variance: float
+    force_valid: bool
+    deflection: float  # [m]
+    deflection_variance: float
+    deflection_valid: bool
+    velocity: float  # [m/s]
+    velocity_variance: float
+    velocity_valid: bool
+    acceleration: float  # [m/s^2]
+    acceleration_variance: float
+    acceleration_valid: bool
+    stiffness: float  # [N/m]; the interval is stiffness * exp(+- z std / stiffness)
+    stiffness_variance: float
+    stiffness_valid: bool
+    damping: float  # [N s/m]
+    damping_variance: float
+    damping_valid: bool
+    inertia: float  # [kg]
+    inertia_variance: float
+    inertia_valid: bool
+    stiffness_damping_covariance: float
+    stiffness_inertia_covariance: float
+    damping_inertia_covariance: float
+    status: Status
+    reset_count: int
+    reset_reason: Reset
+    k2: float  # [1/m]
+    k2_variance: float
+    d2: float  # [N s^3/m^3]
+    d2_variance: float
+    force_offset: float  # [N]
+    coulomb_friction: float  # [N]
+
+
+class State(NamedTuple):
+    """What the estimator knows and how it is doing, at a lower rate; fields as in EstimatorState."""
+
+    stamp_ns: int
+    status: Status
+    reason: str
+    reset_count: int
+    reset_reason: Reset
+    deflection: float
+    deflection_variance: float
+    deflection_valid: bool
+    velocity: float
+    velocity_variance: float
+    velocity_valid: bool
+    acceleration: float
+    acceleration_variance: float
+    acceleration_valid: bool
+    deflection_reference: float
+    ln_stiffness_reference: float
+    ln_stiffness_reference_variance: float
+    ln_stiffness_reference_valid: bool
+    k2: float
+    k2_variance: float
+    k2_valid: bool
+    d1: float
+    d1_variance: float
+    d1_valid: bool
+    d2: float
+    d2_variance: float
+    d2_valid: bool
+    inertia: float
+    inertia_variance: float
+    inertia_valid: bool
+    force_offset: float
+    force_offset_variance: float
+    force_offset_valid: bool
+    coulomb_friction: float
+    coulomb_friction_variance: float
+    coulomb_friction_valid: bool
+    coefficient_covariance: tuple[float, ...]
+    observability: tuple[str, ...]
+    force_innovation: float
+    force_innovation_variance: float
+    deflection_innovation: float
+    deflection_innovation_variance: float
+    normalised_innovation_squared: float
+    force_noise_std: float
+    deflection_noise_std: float
+    jerk_density: float
+    samples_fused: int
+    samples_dropped: int
+    force_rejected: int
+    deflection_rejected: int
+    force_repeated: int
