@@ -1,0 +1,82 @@
+"""The one door to polars: columns of a CSV file, read and written as numpy arrays."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+Columns = dict[str, NDArray[np.float64]]
+
+
+class TableError(ValueError):
+    """A CSV file that cannot be used; one line that names the file, the line and what was expected."""
+
+
+def read_columns(path: str | Path, names: Sequence[str], optional: Sequence[str] = ()) -> Columns:
+    """The columns `names` of a CSV file with a header, and those of `optional` that it has.
+
+    An empty cell is NaN: a sample that the logger missed. Raises TableError for a file that cannot be read, lacks a
+    column, has no row, or holds something that is no number.
+    """
+    text = _read_text(path)
+    missing = [name for name in names if name not in text.columns]
+    if missing:
+        found = ", ".join(text.columns) or "nothing"
+        raise TableError(f"{path}: line 1: expected the columns {', '.join(names)}; found {found}")
+    if text.height == 0:
+        raise TableError(f"{path}: line 2: expected a row of numbers, found the end of the file")
+    wanted = [*names, *(name for name in optional if name in text.columns)]
+    return {name: _numbers(path, text[name]) for name in wanted}
+
+
+def write_columns(path: str | Path, columns: Mapping[str, Any]) -> None:
+    """Write equally long arrays as the columns of a CSV file; a flag becomes 0 or 1, text stays text.
+
+    Raises TableError where the file cannot be written.
+    """
+    arrays = {name: np.asarray(column) for name, column in columns.items()}
+    flags_as_numbers = {
+        name: array.astype(np.int64) if array.dtype == np.bool_ else array for name, array in arrays.items()
+    }
+    try:
+        pl.DataFrame(flags_as_numbers).write_csv(path)
+    except OSError as error:
+        raise TableError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _read_text(path: str | Path) -> pl.DataFrame:
+    try:
+        return pl.read_csv(path, infer_schema=False)
+    except OSError as error:
+        raise TableError(f"cannot read {path}: {error.strerror or error}") from error
+    except pl.exceptions.NoDataError as error:
+        raise TableError(f"{path}: line 1: expected a header with column names, found an empty file") from error
+    except pl.exceptions.PolarsError as error:
+        raise TableError(_locate(path, error)) from error
+
+
+def _locate(path: str | Path, error: Exception) -> str:
+    """The first line that is no text or has another number of fields than the header."""
+    fields = 0
+    for number, line in enumerate(Path(path).read_bytes().splitlines(), 1):
+        try:
+            cells = line.decode().count(",") + 1
+        except UnicodeDecodeError:
+            return f"{path}: line {number}: expected UTF-8 text"
+        fields = fields or cells
+        if cells > fields:
+            return f"{path}: line {number}: expected {fields} fields, found {cells}"
+    return f"{path}: expected a CSV file: {' '.join(str(error).split())}"
+
+
+def _numbers(path: str | Path, cells: pl.Series) -> NDArray[np.float64]:
+    stripped = cells.str.strip_chars()
+    numbers = stripped.cast(pl.Float64, strict=False)
+    wrong = (numbers.is_null() & (stripped.fill_null("") != "")).arg_true()
+    if len(wrong):
+        row = int(wrong[0])
+        raise TableError(f"{path}: line {row + 2}: expected a number in column {cells.name}, found {cells[row]!r}")
+    return numbers.fill_null(float("nan")).to_numpy().copy()
