@@ -166,12 +166,7 @@ def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
     Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
     Raises ConfigurationError naming the file for one that cannot be read or is no parameter file.
     """
-    try:
-        tree = yaml.safe_load(Path(path).read_text())
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigurationError(f"{path}: {' '.join(str(error).split())}") from error
-    if not isinstance(tree, dict):
-        raise ConfigurationError(f"{path}: expected a ROS parameter file, 'node: ros__parameters: ...'")
+    tree = read_parameter_file(path)
     values: dict[str, Any] = {}
     for key, section in tree.items():
         if key == "/**" or str(key).rsplit("/", 1)[-1] == node:
@@ -182,6 +177,17 @@ def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
         return build(config_class, values)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {node}: {error}") from error
+
+
+def read_parameter_file(path: str | Path) -> dict[str, Any]:
+    """The sections of a ROS parameter file; ConfigurationError naming the file where it is none."""
+    try:
+        tree = yaml.safe_load(Path(path).read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigurationError(f"{path}: {' '.join(str(error).split())}") from error
+    if not isinstance(tree, dict):
+        raise ConfigurationError(f"{path}: expected a ROS parameter file, 'node: ros__parameters: ...'")
+    return tree
 
 
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -1,0 +1,212 @@
+"""What every node of the suite is: a lifecycle node with checked parameters, autostart and diagnostics.
+
+A node file adds its topics in `start`, drops its core in `stop`, and ends with `main = lambda: run(ItsNode)`.
+"""
+
+import math
+import signal
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.experimental import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
+from vsa_common.configuration import ConfigurationError, Parameter, build, flatten, parameters, read_parameter_file
+
+Config = TypeVar("Config")
+Health = tuple[int, str, Mapping[str, object]]
+
+OK, WARN, ERROR, STALE = 0, 1, 2, 3
+STEADY = Clock(clock_type=ClockType.STEADY_TIME)
+RELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+RCLError = rclpy_implementation.RCLError
+_OF_ROS = ("use_sim_time", "start_type_description_service")
+
+
+class SuiteNode(LifecycleNode, Generic[Config]):
+    """A lifecycle node that configures and activates itself unless `autostart` is false."""
+
+    def __init__(self, name: str, config_class: type[Config], namespace: str = "vsa") -> None:
+        super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
+        self._config_class = config_class
+        self._active = False
+        self.failure = ""
+        self.config = self._declare()
+        self.add_on_set_parameters_callback(self._on_parameters)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.create_timer(1.0, self._publish_health, clock=STEADY)
+
+    # What a node of the suite provides.
+
+    def start(self) -> None:
+        """Begin to work: topics, timers, core. Raise ConfigurationError where that is impossible."""
+
+    def stop(self) -> None:
+        """Undo `start`. Called once for each successful `start`, also when the process ends."""
+
+    def reconfigure(self, config: Config) -> None:
+        """Take a checked configuration; raise ConfigurationError to refuse it. The old one is kept then."""
+        if self._active:
+            raise ConfigurationError("cannot change while the node is active; deactivate it first")
+
+    def health(self) -> Health:
+        """Level (OK, WARN, ERROR, STALE), one line, and key values for /diagnostics."""
+        return OK, "active" if self._active else "inactive", {}
+
+    # Lifecycle.
+
+    @property
+    def active(self) -> bool:
+        """Whether the node works at present."""
+        return self._active
+
+    def autostart(self) -> None:
+        """Configure and activate, if the parameter says so; ConfigurationError where the node cannot start."""
+        if not self.get_parameter("autostart").value:
+            return
+        self.trigger_configure()
+        self.trigger_activate()
+        if not self._active:
+            raise ConfigurationError(self.failure or "cannot start")
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        try:
+            self.start()
+        except (ConfigurationError, OSError) as error:
+            self.failure = " ".join(str(error).split())
+            self.get_logger().error(self.failure)
+            return TransitionCallbackReturn.FAILURE
+        self._active = True
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.close()
+        return super().on_deactivate(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.close()
+        return super().on_shutdown(state)
+
+    def close(self) -> None:
+        """Stop if active."""
+        if self._active:
+            self._active = False
+            self.stop()
+
+    # Parameters.
+
+    def _declare(self) -> Config:
+        given = {name: p.value for name, p in self.get_parameters_by_prefix("").items() if _is_ours(name)}
+        autostart = given.pop("autostart", True)
+        if not isinstance(autostart, bool):
+            raise ConfigurationError(f"autostart = {autostart!r}: must be a bool")
+        config = build(self._config_class, given)
+        values = flatten(config)
+        for parameter in parameters(self._config_class):
+            self._describe(parameter.name, _ros_value(values[parameter.name]), _descriptor(parameter))
+        text = ParameterDescriptor(description="configure and activate at start", dynamic_typing=True)
+        self._describe("autostart", autostart, text)
+        return config
+
+    def _describe(self, name: str, value: Any, descriptor: ParameterDescriptor) -> None:
+        if self.has_parameter(name):
+            self.undeclare_parameter(name)
+        self.declare_parameter(name, value, descriptor, ignore_override=True)
+
+    def _on_parameters(self, changes: Sequence[RosParameter]) -> SetParametersResult:
+        ours = {change.name: change.value for change in changes if _is_ours(change.name) and change.name != "autostart"}
+        if not ours:
+            return SetParametersResult(successful=True)
+        try:
+            config = build(self._config_class, {**flatten(self.config), **ours})
+            self.reconfigure(config)
+        except ConfigurationError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self.config = config
+        return SetParametersResult(successful=True)
+
+    # Diagnostics.
+
+    def _publish_health(self) -> None:
+        level, message, values = self.health()
+        status = DiagnosticStatus(level=bytes([level]), name=self.get_fully_qualified_name(), message=message)
+        status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+
+def _is_ours(name: str) -> bool:
+    return name not in _OF_ROS and not name.startswith("qos_overrides.")
+
+
+def _ros_value(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _descriptor(parameter: Parameter) -> ParameterDescriptor:
+    unit = f" [{parameter.unit}]" if parameter.unit else ""
+    descriptor = ParameterDescriptor(description=f"{parameter.text}{unit}", dynamic_typing=True)
+    if parameter.options:
+        descriptor.additional_constraints = "one of " + ", ".join(parameter.options)
+    if math.isfinite(parameter.low) and math.isfinite(parameter.high) and not isinstance(parameter.default, tuple):
+        if parameter.kind is float:
+            limits = FloatingPointRange(from_value=float(parameter.low), to_value=float(parameter.high))
+            descriptor.floating_point_range = [limits]
+        elif parameter.kind is int:
+            descriptor.integer_range = [IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high))]
+    return descriptor
+
+
+def run(factory: Callable[[], SuiteNode[Any]], args: Sequence[str] | None = None) -> int:
+    """Live as one node until SIGINT or SIGTERM; exit code 0 then, 1 with one line where it cannot start.
+
+    The signals only end the loop: the node still has its topics while it stops.
+    """
+    node: SuiteNode[Any] | None = None
+    stopped = False
+
+    def on_signal(*_: object) -> None:
+        nonlocal stopped
+        stopped = True
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_signal)
+    try:
+        check_parameter_files(sys.argv if args is None else args)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = factory()
+        executor = EventsExecutor()
+        executor.add_node(node)
+        node.autostart()
+        while not stopped:
+            executor.spin_once(timeout_sec=1.0)
+        return 0
+    except (ConfigurationError, OSError, RCLError) as error:
+        name = node.get_name() if node is not None else Path(sys.argv[0]).name
+        print(f"{name}: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+    finally:
+        if node is not None:
+            node.close()
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def check_parameter_files(arguments: Sequence[str]) -> None:
+    """Raise ConfigurationError for a `--params-file` that cannot be read; rcl reports the line of its parser instead."""
+    for option, path in zip(arguments, arguments[1:], strict=False):
+        if option == "--params-file":
+            read_parameter_file(path)
