@@ -9,6 +9,7 @@ setup(
         ("share/vsa_estimator", ["package.xml"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     maintainer="VSA maintainers",
     maintainer_email="maintainers@example.com",
     description="Live impedance of one exponential-spring transmission, its identification and its noise.",

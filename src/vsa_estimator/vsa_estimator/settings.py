@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vsa_common.configuration import choice, group, quantity
+from vsa_common.configuration import choice, group, quantity, words
 
 
 @dataclass(frozen=True)
@@ -47,3 +47,19 @@ class EstimatorConfig:
         0.020, "m", 1e-6, 10.0, "beyond it the deflection saturates; nothing is learnt there"
     )
     initial: Initial = group(Initial)
+
+
+@dataclass(frozen=True)
+class NodeConfig(EstimatorConfig):
+    """What the estimator node has to be told besides."""
+
+    transmission: str = words("transmission_1", "which transmission: the first part of its topics, and the frame_id")
+    state_rate: float = quantity(50.0, "Hz", 0.1, 1000.0, "rate of estimator_state")
+    pairing_tolerance: float = quantity(
+        0.0, "s", 0.0, 0.1, "how far the stamps of force and encoder of one sample may be apart"
+    )
+    reorder_window: float = quantity(0.02, "s", 0.0, 1.0, "how long a sample waits for its late partner")
+    future_tolerance: float = quantity(0.1, "s", 0.0, 10.0, "stamps further ahead of the clock are refused")
+    reliability: str = choice(
+        "reliable", ("reliable", "best_effort"), "QoS of the sensor subscriptions; best_effort hears any driver"
+    )

@@ -1,0 +1,158 @@
+"""Node: force and encoder of one transmission in, its impedance out."""
+
+import time
+
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.stamps import nanoseconds, set_stamp
+from vsa_msgs.msg import EstimatorState, TransmissionImpedance
+
+from vsa_estimator.formulations import create_estimator
+from vsa_estimator.pairing import Pairing, Sample
+from vsa_estimator.settings import NodeConfig
+from vsa_estimator.values import Estimate, Reset, State, Status
+
+WATCH = 0.02  # how often silence is looked for [s]
+SILENT = 0.05  # the shortest silence that is spoken of [s]
+
+_LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
+_IMPEDANCE = tuple(name for name in Estimate._fields if name in TransmissionImpedance.get_fields_and_field_types())
+_STATE = tuple(name for name in State._fields if name in EstimatorState.get_fields_and_field_types())
+
+
+class EstimatorNode(SuiteNode[NodeConfig]):
+    """Estimate the impedance of one transmission from its force and deflection."""
+
+    def __init__(self) -> None:
+        super().__init__("estimator", NodeConfig)
+
+    def start(self) -> None:
+        config = self.config
+        name = config.transmission
+        self._estimator = create_estimator(config)
+        self._pairing = Pairing(int(config.pairing_tolerance * 1e9), int(config.reorder_window * 1e9))
+        self._impedance = TransmissionImpedance()
+        self._state = EstimatorState()
+        self._impedance.header.frame_id = self._state.header.frame_id = name
+        self._future_ns = int(config.future_tolerance * 1e9)
+        self._state_period_ns = int(1e9 / config.state_rate)
+        self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
+        self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = 0
+        self._clock = self.get_clock()
+        qos = RELIABLE if config.reliability == "reliable" else BEST_EFFORT
+        self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
+        self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
+        self._inputs = [
+            self.create_subscription(WrenchStamped, f"{name}/force", self._on_force, qos),
+            self.create_subscription(JointState, f"{name}/encoder", self._on_encoder, qos),
+        ]
+        self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
+        self._watch = self.create_timer(WATCH, self._on_watch, clock=STEADY)
+
+    def stop(self) -> None:
+        self.destroy_timer(self._watch)
+        self.destroy_service(self._reset)
+        for subscription in self._inputs:
+            self.destroy_subscription(subscription)
+        for publisher in (self._impedances, self._states):
+            self.destroy_publisher(publisher)
+
+    def health(self) -> Health:
+        if not self.active:
+            return super().health()
+        state = self._estimator.state()
+        status = Status(self._impedance.status)
+        values: dict[str, object] = {
+            "status": status.name,
+            "samples_fused": state.samples_fused,
+            "samples_dropped": state.samples_dropped,
+            "unpaired": self._pairing.dropped,
+            "force_rejected": state.force_rejected,
+            "deflection_rejected": state.deflection_rejected,
+            "force_repeated": state.force_repeated,
+            "resets": state.reset_count,
+            "last_reset": Reset(state.reset_reason).name,
+        }
+        values |= {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
+        refused = [topic for topic, count in self._refused.items() if count]
+        if refused and status is not Status.VALID:
+            return WARN, f"stamps of {' and '.join(refused)} are zero or in the future", values
+        if status is Status.STALE:
+            return STALE, "no samples", values
+        return _LEVEL.get(status, WARN), state.reason or "active", values
+
+    def _on_force(self, message: WrenchStamped) -> None:
+        stamp_ns = nanoseconds(message.header.stamp)
+        if self._refuse(stamp_ns, "force"):
+            return
+        for sample in self._pairing.add_force(stamp_ns, message.wrench.force.x):
+            self._take(sample)
+
+    def _on_encoder(self, message: JointState) -> None:
+        stamp_ns = nanoseconds(message.header.stamp)
+        if self._refuse(stamp_ns, "encoder"):
+            return
+        deflection = message.position[0] if message.position else float("nan")
+        for sample in self._pairing.add_encoder(stamp_ns, deflection):
+            self._take(sample)
+
+    def _refuse(self, stamp_ns: int, sensor: str) -> bool:
+        if 0 < stamp_ns <= self._clock.now().nanoseconds + self._future_ns:
+            return False
+        self._refused[f"{self.config.transmission}/{sensor}"] += 1
+        return True
+
+    def _take(self, sample: Sample) -> None:
+        estimate = self._estimator.add(sample.stamp_ns, sample.force, sample.deflection)
+        if estimate is None:
+            return
+        self._stamp_ns = sample.stamp_ns
+        self._arrival_ns = time.monotonic_ns()
+        if estimate.reset_count != self._impedance.reset_count and estimate.reset_reason is Reset.TIME_JUMP:
+            self._published_ns = self._state_ns = 0
+        self._publish(estimate)
+
+    def _publish(self, estimate: Estimate) -> None:
+        if estimate.stamp_ns <= self._published_ns:
+            return
+        self._published_ns = estimate.stamp_ns
+        message = self._impedance
+        set_stamp(message.header.stamp, estimate.stamp_ns)
+        for name in _IMPEDANCE:
+            setattr(message, name, getattr(estimate, name))
+        self._impedances.publish(message)
+        if estimate.stamp_ns - self._state_ns >= self._state_period_ns:
+            self._state_ns = estimate.stamp_ns
+            self._publish_state(estimate)
+
+    def _publish_state(self, estimate: Estimate) -> None:
+        state = self._estimator.state()
+        message = self._state
+        set_stamp(message.header.stamp, estimate.stamp_ns)
+        for name in _STATE:
+            setattr(message, name, getattr(state, name))
+        message.status = estimate.status
+        message.samples_dropped += self._pairing.dropped + sum(self._refused.values())
+        self._states.publish(message)
+
+    def _on_watch(self) -> None:
+        """Predict on while the sensors are silent."""
+        if not self._arrival_ns:
+            return
+        silence_ns = time.monotonic_ns() - self._arrival_ns
+        if silence_ns > SILENT * 1e9:
+            estimate = self._estimator.coast(self._stamp_ns + silence_ns)
+            if estimate is not None:
+                self._publish(estimate)
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._estimator.reset(Reset.REQUESTED)
+        response.success = True
+        return response
+
+
+def main() -> int:
+    """Entry point."""
+    return run(EstimatorNode)
