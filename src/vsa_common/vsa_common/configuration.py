@@ -163,20 +163,27 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
 def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
     """Configuration of `node` (its bare name, "estimator_1") from a ROS parameter file.
 
-    Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
     Raises ConfigurationError naming the file for one that cannot be read or is no parameter file.
     """
-    tree = read_parameter_file(path)
-    values: dict[str, Any] = {}
-    for key, section in tree.items():
-        if key == "/**" or str(key).rsplit("/", 1)[-1] == node:
-            if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
-                raise ConfigurationError(f"{path}: {key} has no ros__parameters")
-            values |= _flat(section["ros__parameters"])
+    values = node_values(path, node)
     try:
         return build(config_class, values)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {node}: {error}") from error
+
+
+def node_values(path: str | Path, node: str) -> dict[str, Any]:
+    """What a ROS parameter file says to `node`, flat ("initial.k2"), unchecked.
+
+    Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
+    """
+    values: dict[str, Any] = {}
+    for key, section in read_parameter_file(path).items():
+        if key == "/**" or str(key).rsplit("/", 1)[-1] == node:
+            if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
+                raise ConfigurationError(f"{path}: {key} has no ros__parameters")
+            values |= _flat(section["ros__parameters"])
+    return values
 
 
 def read_parameter_file(path: str | Path) -> dict[str, Any]:
