@@ -37,6 +37,7 @@ class Signal:
     bits: int
     minimum: float | None
     maximum: float | None
+    step: float  # value of one count
 
 
 class Message:
@@ -53,7 +54,7 @@ class Message:
     def signal(self, name: str) -> Signal:
         """Description of a signal. Raises FrameError where there is none of that name."""
         found = self._signal(name)
-        return Signal(name, found.unit or "", found.length, found.minimum, found.maximum)
+        return Signal(name, found.unit or "", found.length, found.minimum, found.maximum, float(found.scale))
 
     def encode(self, values: Mapping[str, float]) -> bytes:
         """Bytes of the frame from values in the DBC's units. Raises FrameError for one missing or out of range."""

@@ -1,0 +1,78 @@
+"""Counters that wrap: an encoder's count made continuous, a frame's rolling counter checked for gaps."""
+
+import math
+
+_LATE = 16  # a frame that comes up to so many numbers late is out of order, not a restarted device
+
+
+class Unwrapped:
+    """A value that wraps with a period, made continuous both ways.
+
+    >>> count = Unwrapped(period=65536, centre=1000)
+    >>> [count.add(raw) for raw in (65530, 65535, 4, 65534)]
+    [-6.0, -1.0, 4.0, -2.0]
+    """
+
+    def __init__(self, period: float, centre: float) -> None:
+        self._period = period
+        self._last = centre  # the first value is taken where it is nearest to this
+
+    def add(self, value: float) -> float:
+        """`value` plus the number of periods that brings it nearest to the last one."""
+        self._last += math.remainder(value - self._last, self._period)
+        return self._last
+
+
+class RollingCounter:
+    """The number of a sample from a counter of few bits; counts what the numbers say went wrong.
+
+    Elapsed time tells a wrap during a long silence from a short gap, and a restarted device from a gap.
+    """
+
+    def __init__(self, bits: int) -> None:
+        self.lost = 0  # samples that were sent and did not arrive
+        self.duplicates = 0
+        self.late = 0
+        self.restarts = 0
+        self._modulus = 1 << bits
+        self._late = min(_LATE, self._modulus // 8)
+        self._number: int | None = None
+        self._stamp_ns = 0
+        self._period_ns = math.inf  # of a sample; not known yet
+        self._intervals = 0
+
+    def add(self, raw: int, stamp_ns: int) -> int | None:
+        """Number of the sample, continuous; None for one that came twice or late."""
+        if self._number is None:
+            return self._accept(raw, stamp_ns)
+        step = (raw - self._number) % self._modulus
+        elapsed = (stamp_ns - self._stamp_ns) / self._period_ns  # in samples
+        if elapsed > self._modulus // 2:
+            step += self._modulus * max(0, round((elapsed - step) / self._modulus))
+        if step == 0:
+            self.duplicates += 1
+            return None
+        if self._modulus - self._late <= step < self._modulus and elapsed < step / 2:
+            self.late += 1
+            return None
+        if self._restarted(step, elapsed):
+            self.restarts += 1
+            return self._accept(raw, stamp_ns)
+        self.lost += step - 1
+        self._learn((stamp_ns - self._stamp_ns) / step)
+        return self._accept(self._number + step, stamp_ns)
+
+    def _restarted(self, step: int, elapsed: float) -> bool:
+        # more numbers passed than time allows; bursts of a stalled adapter get an eighth of the counter
+        return step > self._modulus // 8 + 1.2 * elapsed
+
+    def _accept(self, number: int, stamp_ns: int) -> int:
+        self._number, self._stamp_ns = number, stamp_ns
+        return number
+
+    def _learn(self, interval_ns: float) -> None:
+        self._intervals += 1
+        if math.isinf(self._period_ns):
+            self._period_ns = max(interval_ns, 1.0)
+        else:
+            self._period_ns += (max(interval_ns, 1.0) - self._period_ns) * max(0.01, 1.0 / self._intervals)

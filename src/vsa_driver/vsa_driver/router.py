@@ -1,0 +1,113 @@
+"""Every frame of the bus to what it is for."""
+
+from collections.abc import Iterator
+
+from vsa_common.configuration import ConfigurationError
+
+from vsa_driver.bus import Frame
+from vsa_driver.capture import JointCapture, JointSample, MotorCapture, MotorSample, Sample, TransmissionCapture
+from vsa_driver.frames import FrameError, FrameSet
+from vsa_driver.mapping import Source, sources
+from vsa_driver.settings import DriverSettings, MotorSettings
+from vsa_driver.stream import COUNTER
+
+Captured = Sample | JointSample | MotorSample
+Part = TransmissionCapture | JointCapture | MotorCapture
+
+_EXTENDED = 1 << 31  # sets 29-bit identifiers apart from 11-bit ones
+
+
+class Router:
+    """Frames in, samples out, by the mapping of the parameters. Raises ConfigurationError for a mapping that fails."""
+
+    def __init__(self, frames: FrameSet, settings: DriverSettings) -> None:
+        self.foreign = 0  # frames of identifiers that nothing is mapped to
+        self.error_frames = 0  # that the adapter reported
+        self.transmissions = {
+            name: TransmissionCapture(name, settings.transmission(name), frames, settings.tare_spread)
+            for name in settings.transmissions
+        }
+        self.joint = [JointCapture(source, settings.joint) for source in _joint_sources(frames, settings)]
+        motors = _motor_sources(frames, settings.motors)
+        self.motors = MotorCapture(motors, settings.motors) if motors else None
+        self._routes: dict[int, list[tuple[Part, int]]] = {}
+        for part in self._parts():
+            for index, source in enumerate(part.stream.sources):
+                key = source.message.id | (_EXTENDED if source.message.extended else 0)
+                self._routes.setdefault(key, []).append((part, index))
+
+    def add(self, frame: Frame, stamp_ns: int) -> list[Captured]:
+        """The samples that `frame`, captured at `stamp_ns`, completes."""
+        if frame.is_error_frame:
+            self.error_frames += 1
+            return []
+        key = frame.arbitration_id | _EXTENDED if frame.is_extended_id else frame.arbitration_id
+        routes = self._routes.get(key)
+        if routes is None:
+            self.foreign += 1
+            return []
+        data = bytes(frame.data)
+        samples = [part.add(index, data, stamp_ns) for part, index in routes]
+        return [sample for sample in samples if sample is not None]
+
+    def counts(self) -> dict[str, int]:
+        """Everything counted, by "part.name"."""
+        counted = {"foreign": self.foreign, "error_frames": self.error_frames}
+        for part in self._parts():
+            counted |= {f"{_name(part)}.{name}": count for name, count in part.counts().items()}
+        return counted
+
+    def _parts(self) -> Iterator[Part]:
+        yield from self.transmissions.values()
+        yield from self.joint
+        if self.motors is not None:
+            yield self.motors
+
+
+class CommandFrames:
+    """Motor positions to the bytes of the command message, numbered."""
+
+    def __init__(self, frames: FrameSet, settings: MotorSettings) -> None:
+        roles = {f"motor_{i}": ("motors.command_signals", name) for i, name in enumerate(settings.command_signals, 1)}
+        found = sources(frames, roles | {COUNTER: ("motors.command_counter_signal", settings.command_counter_signal)})
+        if len(found) != 1:
+            given = list(settings.command_signals)
+            raise ConfigurationError(f"motors.command_signals = {given!r}: must be signals of one message")
+        self.source = found[0]
+        self._scale = settings.scale
+        self._number = 0
+        self._modulus = 1 << self.source.signal(COUNTER).bits if COUNTER in self.source.roles else 1
+        try:
+            self.encode([0.0] * len(settings.command_signals))
+        except FrameError as error:
+            raise ConfigurationError(f"motors.command_signals: {error}") from error
+
+    def encode(self, positions: list[float] | tuple[float, ...]) -> bytes:
+        """The next command frame for `positions` [rad]. Raises FrameError for what the signals cannot carry."""
+        values = [*(position / self._scale for position in positions), self._number % self._modulus]
+        named = zip((signal.name for signal in self.source.signals), values, strict=False)
+        data = self.source.message.encode(dict(named))
+        self._number += 1
+        return data
+
+
+def _joint_sources(frames: FrameSet, settings: DriverSettings) -> tuple[Source, ...]:
+    joint = settings.joint
+    measured = {"angle": ("joint.angle_signal", joint.angle_signal), "torque": ("joint.torque_signal", joint.torque_signal)}
+    found = sources(frames, measured | {COUNTER: ("joint.counter_signal", joint.counter_signal)})
+    return tuple(source for source in found if source.roles != (COUNTER,))
+
+
+def _motor_sources(frames: FrameSet, settings: MotorSettings) -> tuple[Source, ...]:
+    positions = [name for name in settings.position_signals if name]
+    if not positions:
+        return ()
+    roles = {f"motor_{i}": ("motors.position_signals", name) for i, name in enumerate(positions, 1)}
+    roles["holding"] = ("motors.holding_signal", settings.holding_signal)
+    return sources(frames, roles | {COUNTER: ("motors.counter_signal", settings.counter_signal)})
+
+
+def _name(part: Part) -> str:
+    if isinstance(part, TransmissionCapture):
+        return part.name
+    return part.stream.sources[0].message.name

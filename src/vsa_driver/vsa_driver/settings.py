@@ -1,0 +1,114 @@
+"""Parameters of the driver: which bus, what its frames mean, calibration, motor limits."""
+
+from dataclasses import dataclass
+
+from vsa_common.configuration import ConfigurationError, flag, group, quantity, words
+
+from vsa_driver.bus import BusConfig
+
+_FORCE = "message.signal of the DBC that carries the rod force"
+_ENCODER = "message.signal that carries the encoder; where it is another message, both make one sample"
+_COUNTER = "message.signal that numbers the samples; empty: the device sends none"
+
+
+@dataclass(frozen=True)
+class TransmissionSettings:
+    """Signals and calibration of one transmission.
+
+    force = force_scale * (+- signal) + force_offset, tension > 0;
+    deflection = encoder_scale * (+- signal) + encoder_offset, elongation > 0.
+    """
+
+    force_signal: str = words("Transmission1.Force", _FORCE)
+    encoder_signal: str = words("Transmission1.EncoderCount", _ENCODER)
+    counter_signal: str = words("Transmission1.RollingCounter", _COUNTER)
+    force_scale: float = quantity(1.0, "N per unit of the signal", 1e-12, 1e12, "from `./vsa calibrate`")
+    force_offset: float = quantity(0.0, "N", -1e5, 1e5, "from `./vsa calibrate`")
+    force_reversed: bool = flag(False, "the sensor reads less when the tension grows")
+    force_limit: float = quantity(200.0, "N", 1e-3, 1e6, "full scale of the sensor; from there on counted as saturated")
+    encoder_scale: float = quantity(1e-5, "m per unit of the signal", 1e-12, 1e6, "travel of the rod a count")
+    encoder_offset: float = quantity(0.0, "m", -10.0, 10.0, "deflection where the encoder reads zero")
+    encoder_reversed: bool = flag(False, "the encoder counts down when the transmission elongates")
+    encoder_bits: int = quantity(0, "bit", 0, 64, "width after which the count wraps; 0: that of the signal")
+    deflection_min: float = quantity(-0.001, "m", -10.0, 10.0, "least travel; beyond it counted as saturated")
+    deflection_max: float = quantity(0.0205, "m", -10.0, 10.0, "greatest travel; beyond it counted as saturated")
+
+    def __post_init__(self) -> None:
+        if self.deflection_min >= self.deflection_max:
+            raise ConfigurationError(
+                f"deflection_min = {self.deflection_min!r} m: must be below deflection_max = {self.deflection_max!r} m"
+            )
+
+
+@dataclass(frozen=True)
+class SecondTransmissionSettings(TransmissionSettings):
+    """As TransmissionSettings, with the signals of the other one."""
+
+    force_signal: str = words("Transmission2.Force", _FORCE)
+    encoder_signal: str = words("Transmission2.EncoderCount", _ENCODER)
+    counter_signal: str = words("Transmission2.RollingCounter", _COUNTER)
+
+
+@dataclass(frozen=True)
+class JointSettings:
+    """Signals of the joint's shaft; an empty one is not measured and not published."""
+
+    angle_signal: str = words("Joint.Angle", "message.signal of the joint angle")
+    angle_scale: float = quantity(1.0, "rad per unit of the signal", -1e6, 1e6, "negative where it turns the other way")
+    torque_signal: str = words("Joint.ExternalTorque", "message.signal of the external torque")
+    torque_scale: float = quantity(1.0, "N m per unit of the signal", -1e6, 1e6, "negative where it acts the other way")
+    counter_signal: str = words("Joint.RollingCounter", "message.signal that numbers the frames; empty: none")
+
+
+@dataclass(frozen=True)
+class MotorSettings:
+    """Signals of the motors and what a command may ask for."""
+
+    position_signals: tuple[str, ...] = words(
+        ("MotorState.Position1", "MotorState.Position2"), "message.signal of each measured position; empty: none"
+    )
+    holding_signal: str = words("MotorState.WatchdogHolding", "message.signal of the device's watchdog; empty: none")
+    counter_signal: str = words("MotorState.RollingCounter", "message.signal that numbers the frames; empty: none")
+    command_signals: tuple[str, ...] = words(
+        ("MotorCommand.Position1", "MotorCommand.Position2"), "message.signal of each wanted position; empty: none"
+    )
+    command_counter_signal: str = words("MotorCommand.RollingCounter", "message.signal to number commands; empty: none")
+    scale: float = quantity(1.0, "rad per unit of the signals", 1e-9, 1e6, "of positions and commands alike")
+    position_min: float = quantity(-10.0, "rad", -1e4, 1e4, "commands below are refused")
+    position_max: float = quantity(10.0, "rad", -1e4, 1e4, "commands above are refused")
+    speed_max: float = quantity(5.0, "rad/s", 1e-3, 1e4, "commands are approached no faster")
+    command_timeout: float = quantity(0.2, "s", 0.01, 10.0, "silence of the controller after which nothing is sent")
+    command_rate: float = quantity(100.0, "Hz", 1.0, 1000.0, "of command frames while armed")
+
+    def __post_init__(self) -> None:
+        if self.position_min >= self.position_max:
+            raise ConfigurationError(
+                f"position_min = {self.position_min!r} rad: must be below position_max = {self.position_max!r} rad"
+            )
+
+
+@dataclass(frozen=True)
+class DriverSettings:
+    """All parameters of the driver."""
+
+    bus: BusConfig = group(BusConfig)
+    dbc: str = words("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
+    transmissions: tuple[str, ...] = words(("transmission_1", "transmission_2"), "those that are connected")
+    transmission_1: TransmissionSettings = group(TransmissionSettings)
+    transmission_2: SecondTransmissionSettings = group(SecondTransmissionSettings)
+    joint: JointSettings = group(JointSettings)
+    motors: MotorSettings = group(MotorSettings)
+    counters_rate: float = quantity(10.0, "Hz", 0.1, 100.0, "of capture_counters, which frame each sample came from")
+    silence: float = quantity(0.1, "s", 0.005, 60.0, "without a sample for so long a transmission is reported silent")
+    tare_spread: float = quantity(0.1, "N", 1e-4, 100.0, "standard deviation of the force above which tare is refused")
+
+    def __post_init__(self) -> None:
+        for name in self.transmissions:
+            if name not in ("transmission_1", "transmission_2") or self.transmissions.count(name) > 1:
+                raise ConfigurationError(
+                    f"transmissions = {list(self.transmissions)!r}: must be transmission_1, transmission_2 or both"
+                )
+
+    def transmission(self, name: str) -> TransmissionSettings:
+        """Settings of one of `transmissions`."""
+        return self.transmission_1 if name == "transmission_1" else self.transmission_2
