@@ -1,0 +1,171 @@
+"""Recorded samples of transmissions, from CSV files and rosbag2 bags (MCAP and sqlite3)."""
+
+import re
+import struct
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vsa_common.bags import read_raw, topics
+from vsa_common.stamps import NANOSECONDS
+from vsa_common.tables import read_columns
+from vsa_estimator.pairing import Pairing, Sample
+
+CSV_COLUMNS = ("stamp", "force", "deflection")
+TOLERANCE_NS = 100_000  # force and encoder of one sample carry the same stamp; foreign drivers may be a little off
+WINDOW_NS = 100_000_000  # a half sample waits so long for the other
+FIRST_STAMP_NS = NANOSECONDS  # a recording that counts from zero begins here: zero is no valid stamp
+
+_FORCE_TOPIC = re.compile(r"(?:.*/)?(?P<transmission>[^/]+)/force")
+_MCAP_MAGIC = b"\x89MCAP0\r\n"
+
+
+class RecordingError(ValueError):
+    """A recording cannot be used; the text names the file and what was expected."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """All samples of one transmission, in the order of the file."""
+
+    source: Path
+    transmission: str
+    stamp_ns: NDArray[np.int64]  # as the estimator takes them
+    stamp: NDArray[np.float64]  # as the file has them [s]
+    force: NDArray[np.float64]  # [N]
+    deflection: NDArray[np.float64]  # [m]
+    unpaired: int = 0  # messages of a bag without a partner
+    complete: bool = True  # false for a bag that was cut off
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    @property
+    def duration(self) -> float:
+        """From the first stamp to the last [s]."""
+        return float(self.stamp[-1] - self.stamp[0])
+
+
+def read_recordings(path: Path, transmission: str | None = None) -> list[Recording]:
+    """The recordings in a CSV file (one) or a bag (one a transmission, or just the one named).
+
+    Raises RecordingError, TableError or BagError with one line that says what is wrong.
+    """
+    if path.suffix.lower() == ".csv":
+        return [read_csv(path, transmission or "transmission_1")]
+    if path.is_dir() or path.suffix in (".mcap", ".db3"):
+        return read_bag(path, transmission)
+    missing = "no such file" if not path.exists() else "no recording"
+    raise RecordingError(f"{path}: {missing}; expected a .csv, .mcap or .db3 file, or the folder of a bag")
+
+
+def read_csv(path: Path, transmission: str) -> Recording:
+    """Samples of a file with the columns stamp [s], force [N], deflection [m]; an empty cell is NaN."""
+    columns = read_columns(path, CSV_COLUMNS)
+    stamp = columns["stamp"]
+    usable = np.where(np.isfinite(stamp) & (np.abs(stamp) < 9e9), stamp, np.nan)
+    finite = usable[np.isfinite(usable)]
+    if not len(finite):
+        raise RecordingError(f"{path}: line 2: expected a stamp in seconds, found none in the whole file")
+    stamp_ns = np.round(np.nan_to_num(usable, nan=-1.0) * NANOSECONDS).astype(np.int64)
+    if finite.min() <= 0.0:
+        shift = FIRST_STAMP_NS - int(np.round(finite.min() * NANOSECONDS))
+        stamp_ns = np.where(np.isfinite(usable), stamp_ns + shift, 0)
+    return Recording(path, transmission, stamp_ns, stamp, columns["force"], columns["deflection"])
+
+
+def read_bag(path: Path, transmission: str | None) -> list[Recording]:
+    """Samples of the transmissions that a bag holds force and encoder of."""
+    sources = _sources(path, transmission)
+    pairings = {name: Pairing(TOLERANCE_NS, WINDOW_NS) for name in sources}
+    samples: dict[str, list[Sample]] = {name: [] for name in sources}
+    takers: dict[str, Callable[[bytes], None]] = {}
+    for name, (force_topic, encoder_topic) in sources.items():
+        takers[force_topic] = _taker(decode_wrench, pairings[name].add_force, samples[name])
+        takers[encoder_topic] = _taker(decode_joint_state, pairings[name].add_encoder, samples[name])
+    for topic, _, data in read_raw(path, list(takers)):
+        takers[topic](data)
+    complete = is_complete(path)
+    recordings = []
+    for name, found in samples.items():
+        if not found:
+            raise RecordingError(f"{path}: {name}: no force and encoder message with the same stamp")
+        stamps, force, deflection = zip(*found, strict=True)
+        stamp_ns = np.array(stamps, dtype=np.int64)
+        unpaired = pairings[name].dropped
+        stamp = stamp_ns / NANOSECONDS
+        recordings.append(
+            Recording(path, name, stamp_ns, stamp, np.array(force), np.array(deflection), unpaired, complete)
+        )
+    return recordings
+
+
+def is_complete(path: Path) -> bool:
+    """False for an MCAP recording that was not closed."""
+    for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path] * (path.suffix == ".mcap"):
+        with file.open("rb") as stream:
+            stream.seek(max(file.stat().st_size - len(_MCAP_MAGIC), 0))
+            if stream.read() != _MCAP_MAGIC:
+                return False
+    return True
+
+
+def decode_wrench(data: bytes) -> tuple[int, float]:
+    """Stamp [ns] and force.x [N] of a geometry_msgs/WrenchStamped in CDR; many times faster than a general decoder."""
+    order, stamp_ns, at = _header(data)
+    return stamp_ns, struct.unpack_from(order + "d", data, _aligned(at))[0]
+
+
+def decode_joint_state(data: bytes) -> tuple[int, float]:
+    """Stamp [ns] and first position [m] of a sensor_msgs/JointState in CDR; NaN where it has none."""
+    order, stamp_ns, at = _header(data)
+    names = struct.unpack_from(order + "I", data, at)[0]
+    at += 4
+    for _ in range(names):
+        at = -(-(at + 4 + struct.unpack_from(order + "I", data, at)[0]) // 4) * 4
+    positions = struct.unpack_from(order + "I", data, at)[0]
+    if not positions:
+        return stamp_ns, float("nan")
+    return stamp_ns, struct.unpack_from(order + "d", data, _aligned(at + 4))[0]
+
+
+def _header(data: bytes) -> tuple[str, int, int]:
+    """Byte order, stamp [ns] and where what follows std_msgs/Header begins, aligned to 4."""
+    order = "<" if data[1] & 1 else ">"
+    sec, nanosec, length = struct.unpack_from(order + "iII", data, 4)
+    return order, sec * NANOSECONDS + nanosec, -(-(16 + length) // 4) * 4
+
+
+def _aligned(at: int) -> int:
+    """Where the next double is: CDR aligns it to 8 bytes, counted after the 4 bytes of encapsulation."""
+    return 4 + -(-(at - 4) // 8) * 8
+
+
+def _taker(
+    decode: Callable[[bytes], tuple[int, float]], add: Callable[[int, float], list[Sample]], samples: list[Sample]
+) -> Callable[[bytes], None]:
+    def take(data: bytes) -> None:
+        samples.extend(add(*decode(data)))
+
+    return take
+
+
+def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str]]:
+    """Force and encoder topic of each transmission wanted."""
+    names: Collection[str] = topics(path)
+    found = {}
+    for name in sorted(names):
+        match = _FORCE_TOPIC.fullmatch(name)
+        encoder = name.removesuffix("force") + "encoder"
+        if match and encoder in names:
+            found[match["transmission"]] = (name, encoder)
+    if not found:
+        raise RecordingError(f"{path}: expected topics .../transmission_N/force and .../encoder, found neither")
+    if transmission is None:
+        return found
+    if transmission not in found:
+        raise RecordingError(f"{path}: no {transmission}; it holds {', '.join(found)}")
+    return {transmission: found[transmission]}
