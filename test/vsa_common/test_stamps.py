@@ -1,0 +1,14 @@
+"""Stamps survive the way to the wire and back."""
+
+from types import SimpleNamespace
+
+import pytest
+from vsa_common.stamps import nanoseconds, set_stamp
+
+
+@pytest.mark.parametrize("stamp_ns", [0, 1, 999_999_999, 1_000_000_000, 1_700_000_000_123_456_789])
+def test_a_stamp_survives_the_round_trip(stamp_ns):
+    stamp = SimpleNamespace(sec=0, nanosec=0)
+    set_stamp(stamp, stamp_ns)
+    assert nanoseconds(stamp) == stamp_ns
+    assert 0 <= stamp.nanosec < 1_000_000_000
