@@ -9,8 +9,8 @@ class Block(NamedTuple):
     stamp_ns: int  # mean stamp of the deflections
     deflection: float  # [m]
     force: float  # mean of the fresh forces; 0 where there was none [N]
-    count: int
-    force_count: int
+    samples: int
+    forces: int  # fresh ones among them
 
 
 class BlockAverage:
@@ -27,6 +27,11 @@ class BlockAverage:
     def period_ns(self) -> float:
         """Running mean of the sample period [ns]; 0 before the second sample."""
         return self._period_ns
+
+    @property
+    def averages(self) -> bool:
+        """Whether samples come at least three times as fast as the filter steps."""
+        return 0.0 < 3.0 * self._period_ns <= self._span_ns
 
     def clear(self) -> None:
         """Forget the unfinished block."""

@@ -7,19 +7,19 @@ same estimates to the bit: nothing here asks a clock, and long computations are 
 import math
 
 import numpy as np
-
 from vsa_estimator.blocks import Block, BlockAverage
-from vsa_estimator.health import Health
+from vsa_estimator.filter import REST_SPEED
+from vsa_estimator.health import Health, SpikeGate
 from vsa_estimator.intake import Intake, Verdict
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.learner import Learner
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, judge
-from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.values import Estimate, Reset, State, Status
 
+IMPLAUSIBLE = 10.0  # multiple of a sensor's limit that is no measurement
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
 NOISE_MEMORY = 9.0  # [s]
 BRIDGED = 0.25  # silence up to this long is predicted across [s]
@@ -36,7 +36,7 @@ class Estimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Compiles what has to be compiled, so that no sample waits for it."""
         self.config = config
-        self._intake = Intake()
+        self._intake = Intake(IMPLAUSIBLE * config.force_limit, IMPLAUSIBLE * config.deflection_limit)
         self._health = Health(config)
         self._reset_count = 0
         self._reset_reason = Reset.NONE
@@ -44,6 +44,8 @@ class Estimator:
         self._force_rejected = 0
         self._deflection_rejected = 0
         self._out = np.zeros(16)
+        self._estimate: Estimate | None
+        self._started: bool
         self._begin()
         warm_up()
 
@@ -57,13 +59,16 @@ class Estimator:
         fresh = self._health.observe(stamp_ns, force, deflection)
         if not self._started:
             self._start(stamp_ns, force, deflection)
+        if fresh and self._blocks.averages and not self._spikes.passes(force):
+            self._force_rejected += 1
+            fresh = False
         for block in self._blocks.add(stamp_ns, deflection, force if fresh else None):
             self._step(block)
         self._fused += 1
         self._force = force
         self._stamp_ns = stamp_ns
-        self._estimate = self._report(stamp_ns)
-        return self._estimate
+        estimate = self._estimate = self._report(stamp_ns)
+        return estimate
 
     def coast(self, stamp_ns: int) -> Estimate | None:
         """Estimate at an instant [ns] without a sample; STALE when silence lasts. None before the first sample."""
@@ -119,10 +124,11 @@ class Estimator:
         self._deflection_noise = NoiseLevel(math.hypot(config.deflection_noise_std, quantisation), quantisation, memory)
         self._jerk = JerkDensity()
         self._blocks = BlockAverage(rate)
+        self._spikes = SpikeGate(config.force_noise_std)
         self._tracker = Tracker(config.initial, rate)
         self._learner = Learner(config.initial, rate)
         self._known = Known(*[False] * 7)
-        self._estimate: Estimate | None = None
+        self._estimate = None
         self._started = False
         self._has_fit = False
         self._stamp_ns = self._step_ns = self._epoch_ns = 0
@@ -139,7 +145,7 @@ class Estimator:
         """One step of the filter at a block's mean stamp."""
         tracker = self._tracker
         dt = (block.stamp_ns - self._step_ns) * 1e-9
-        deflection_variance = self._deflection_noise.std**2 / block.count
+        deflection_variance = self._deflection_noise.std**2 / block.samples
         if dt > BRIDGED:
             self._resume(block, dt, deflection_variance)
         elif dt > 0.0:
@@ -151,11 +157,11 @@ class Estimator:
                 self._relocate(block, deflection_variance)
             return
         self._accepted_ns = block.stamp_ns
-        self._deflection_noise.add(block.deflection, block.count)
+        self._deflection_noise.add(block.deflection, block.samples)
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
-        if block.force_count:
+        if block.forces:
             self._take_force(block, dt, deflection_variance)
         else:
             self._force_noise.interrupt()
@@ -168,12 +174,12 @@ class Estimator:
 
     def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
         tracker = self._tracker
-        self._force_noise.add(block.force, block.force_count)
+        self._force_noise.add(block.force, block.forces)
         if block.stamp_ns - self._moved_ns < STOP * 1e9:
             self._learner.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
         if not tracker.knows:
             return
-        force_variance = self._force_noise.std**2 / block.force_count
+        force_variance = self._force_noise.std**2 / block.forces
         if not tracker.correct_force(block.force, force_variance, deflection_variance, dt):
             self._force_rejected += 1
         if tracker.suspicious:
@@ -188,10 +194,10 @@ class Estimator:
         self._jerk.refresh()
         if self._tracker.knows:
             return
-        if not self._has_fit and block.force_count:
+        if not self._has_fit and block.forces:
             self._tracker.forget(block.force)
         period = max(1.0 / self.config.filter_rate, self._blocks.period_ns * 1e-9)
-        per_block = 1.0 / math.sqrt(block.count)
+        per_block = 1.0 / math.sqrt(block.samples)
         self._learner.begin(
             period, self._tracker.reference, self._force_noise.std * per_block,
             self._deflection_noise.std * per_block, self._jerk.density,
@@ -204,7 +210,7 @@ class Estimator:
         self._has_fit = True
         floor = np.array([1e-6, (1e-3 * fit.mean[1]) ** 2, 1.0, 1e10, 0.0, 0.0, 0.0])
         self._tracker.learn(fit.mean, fit.covariance + np.diag(floor))
-        if self._learner.sure(fit, self._force_noise.std / math.sqrt(block.count)):
+        if self._learner.sure(fit, self._force_noise.std / math.sqrt(block.samples)):
             self._tracker.knows = True
             self._tracker.remember_stroke(*self._learner.range)
 
@@ -218,14 +224,14 @@ class Estimator:
     def _relocate(self, block: Block, deflection_variance: float) -> None:
         """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
         tracker = self._tracker
-        if tracker.knows and block.force_count:
+        if tracker.knows and block.forces:
             moved = abs(block.force - tracker.expected_force(block.deflection))
             stayed = abs(block.force - tracker.expected_force(float(tracker.z[0])))
             if stayed < moved:
                 tracker.reference += block.deflection - float(tracker.z[0])
         else:
             tracker.reference = block.deflection
-            tracker.forget(block.force if block.force_count else self._force)
+            tracker.forget(block.force if block.forces else self._force)
             self._has_fit = False
         tracker.place(block.deflection, deflection_variance)
         self._learner.clear()
@@ -246,8 +252,10 @@ class Estimator:
         """Estimate at an instant, predicted from the last step."""
         ahead = min(max((stamp_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
         self._tracker.report(ahead, self._jerk.density, self._out)
-        (x, x_variance, v, v_variance, a, a_variance, stiffness, ln_variance, damping, damping_variance, inertia,
-         inertia_variance, stiffness_damping, stiffness_inertia, damping_inertia, speed_limit) = self._out.tolist()  # fmt: skip
+        (
+            x, x_variance, v, v_variance, a, a_variance, stiffness, ln_variance, damping, damping_variance,
+            inertia, inertia_variance, stiffness_damping, stiffness_inertia, damping_inertia, speed_limit,
+        ) = self._out.tolist()  # fmt: skip
         silence = (stamp_ns - self._stamp_ns) * 1e-9 if stamp_ns > self._stamp_ns else 0.0
         stale = silence > max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
         heard = silence <= INVALID_TIME

@@ -4,8 +4,7 @@ One source: compiled where numba is there, plain numpy where it is not.
 """
 
 import numpy as np
-
-from vsa_estimator.accel import compiled
+from vsa_common.accel import compiled
 from vsa_estimator.model import SIZE, Array, force, impedance_gradients, ln_stiffness, maximum_speed
 
 SOFT_GATE = 16.0  # normalised innovation squared from which a measurement counts for less
@@ -55,9 +54,12 @@ def correct(z: Array, p: Array, ph: Array, gain: Array, innovation: float, varia
 
 
 @compiled
-def softened(nis: float, variance: float) -> float:
-    """Innovation variance, enlarged for an innovation beyond the soft gate."""
-    return variance * np.sqrt(nis / SOFT_GATE) if nis > SOFT_GATE else variance
+def softened(nis: float, variance: float, steepness: float) -> float:
+    """Innovation variance, enlarged for an innovation beyond the soft gate: by (nis / gate)^steepness.
+
+    With 1/2 the influence stays what it is at the gate; beyond that it falls again.
+    """
+    return variance * (nis / SOFT_GATE) ** steepness if nis > SOFT_GATE else variance
 
 
 @compiled
@@ -71,7 +73,7 @@ def correct_deflection(z: Array, p: Array, measured: float, noise_variance: floa
     monitor[1] = variance
     if nis > HARD_GATE:
         return False
-    variance = softened(nis, variance)
+    variance = softened(nis, variance, 0.5)
     correct(z, p, ph, ph / variance, innovation, variance)
     return True
 
@@ -111,7 +113,7 @@ def correct_force(
     monitor[2] = nis
     if nis > HARD_GATE:
         return False
-    variance = softened(nis, variance)
+    variance = softened(nis, variance, 2.0)
     gain = ph / variance
     # Schmidt: what this sample cannot tell apart stays as it is, and keeps its uncertainty.
     if z[4] * stroke < LEAST_STROKE:

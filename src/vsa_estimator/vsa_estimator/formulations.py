@@ -9,8 +9,8 @@ from vsa_estimator.values import Estimate, State
 class TransmissionEstimator(Protocol):
     """What every formulation offers."""
 
-    def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate:
-        """Take one paired sample in ([ns], [N], [m]); the estimate at its stamp."""
+    def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
+        """Take one paired sample in ([ns], [N], [m]); the estimate at its stamp, None where it was dropped."""
         ...
 
     def state(self) -> State:

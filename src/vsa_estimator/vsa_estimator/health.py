@@ -82,3 +82,23 @@ class Health:
         if not self._complaints:
             return []
         return [text for text, until_ns in self._complaints.items() if stamp_ns < until_ns]
+
+
+class SpikeGate:
+    """Singles out samples that leave the line of their two predecessors; for streams much faster than the motion."""
+
+    def __init__(self, std: float) -> None:
+        """`std` of the white noise; ten times that of a second difference is a spike."""
+        self._limit = 10.0 * 6.0**0.5 * std
+        self._last: tuple[float, float] | None = None
+        self._run = 0
+
+    def passes(self, value: float) -> bool:
+        """Whether to believe a sample; the third in a row that is off is believed: the signal itself has jumped."""
+        last = self._last
+        if last is not None and self._run < 2 and abs(value - 2.0 * last[1] + last[0]) > self._limit:
+            self._run += 1
+            return False
+        self._last = (value, value) if last is None or self._run else (last[1], value)
+        self._run = 0
+        return True

@@ -6,11 +6,10 @@ A bank of encoder-only filters, one for each half decade of jerk density, runs b
 from collections import deque
 
 import numpy as np
-
-from vsa_estimator.accel import compiled
+from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
-CANDIDATES = 10.0 ** np.arange(-8.0, 1.1, 0.5)  # [m^2/s^5]
+CANDIDATES: Array = 10.0 ** np.arange(-8.0, 1.1, 0.5)  # [m^2/s^5]
 LEAST = 1e-5  # the filter never assumes less [m^2/s^5]
 _LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
 

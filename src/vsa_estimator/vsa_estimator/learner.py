@@ -1,7 +1,6 @@
 """Learns start values from the moving part of the last seconds, a slice of work at each step."""
 
 import numpy as np
-
 from vsa_estimator.filter import LEAST_STROKE
 from vsa_estimator.model import Array
 from vsa_estimator.settings import Initial

@@ -8,8 +8,7 @@ from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
-
-from vsa_estimator.accel import compiled
+from vsa_common.accel import compiled
 
 Array = NDArray[np.float64]
 

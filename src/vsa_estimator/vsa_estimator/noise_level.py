@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from vsa_estimator.model import Array
-
 _SPREAD = 20.0  # variance of a third difference of unit white noise: 1 + 9 + 9 + 1
 _MEDIAN = 0.455  # median of chi-square with one degree of freedom
 _OUTLIER = 9.0  # squared differences are capped at this multiple of the variance

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-
 from vsa_estimator.filter import LEAST_STROKE
 from vsa_estimator.model import Z, maximum_speed
 from vsa_estimator.tracker import Tracker
@@ -53,7 +52,7 @@ def explain(tracker: Tracker, known: Known, stiffness_valid: bool, damping_valid
         if tracker.enough_stroke:
             lines.append("k2: not yet known within 5 %; keep moving")
         else:
-            needed = 1e3 * LEAST_STROKE / float(tracker.z[Z.K2])
+            needed = 1e3 * LEAST_STROKE / max(float(tracker.z[Z.K2]), 1.0)
             lines.append(f"k2: not observable on {1e3 * tracker.stroke:.1f} mm of travel; move over {needed:.1f} mm")
     if not damping_valid:
         limit = NEAR_MAXIMUM * maximum_speed(float(tracker.z[Z.D1]), float(tracker.z[Z.D2]))

@@ -42,10 +42,8 @@ class EstimatorConfig:
         1e-5, "m", 1e-9, 1e-2, "white noise of one deflection sample (section VI); adapted within 1/4 to 4 of it"
     )
     deflection_resolution: float = quantity(1e-5, "m", 0.0, 1e-2, "step of the encoder; 0 for none")
-    force_limit: float = quantity(200.0, "N", 1e-3, 1e6, "beyond it the force sensor saturates; nothing is learnt there")
-    deflection_limit: float = quantity(
-        0.020, "m", 1e-6, 10.0, "beyond it the deflection saturates; nothing is learnt there"
-    )
+    force_limit: float = quantity(200.0, "N", 1e-3, 1e6, "where the force sensor saturates; nothing is learnt there")
+    deflection_limit: float = quantity(0.020, "m", 1e-6, 10.0, "where the deflection ends; nothing is learnt there")
     initial: Initial = group(Initial)
 
 

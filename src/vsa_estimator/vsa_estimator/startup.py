@@ -8,7 +8,6 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
-
 from vsa_estimator.filter import REST_SPEED, REVERSAL_FORCE, REVERSAL_SPEED
 from vsa_estimator.model import COULOMB_SPEED, UNBOUNDED_SPEED, Array
 from vsa_estimator.settings import Initial
@@ -99,7 +98,9 @@ class _Problem:
         # A smoothed reversal is as wide as the window's change of speed.
         width = REVERSAL_SPEED**2 + (0.7 * a * rows.half_width) ** 2
         reversal = (REVERSAL_FORCE * np.exp(-(v**2) / width)) ** 2
-        return cls(kept, kept.deflection - reference, force_noise_std**2 * smoothing[:, 0], deflection_noise_std**2, reversal)
+        return cls(
+            kept, kept.deflection - reference, force_noise_std**2 * smoothing[:, 0], deflection_noise_std**2, reversal
+        )
 
     def variance(self, sigma: Array, damping: Array, mass: float) -> Array:
         """Of a row's force [N^2], given the slopes by which noise of the motion enters it."""

@@ -3,7 +3,6 @@
 from collections import deque
 
 import numpy as np
-
 from vsa_estimator.filter import (
     DRIFT,
     LEAST_STROKE,

@@ -1,0 +1,211 @@
+"""What the estimator does with samples that are not as they should be."""
+
+import copy
+import functools
+import math
+
+import numpy as np
+import pytest
+from transmission_data import MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
+from vsa_estimator.estimator import Estimator
+from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.values import Estimate, Reset, Status
+
+SECOND = 1_000_000_000
+
+
+def rows(recording):
+    return zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
+
+
+@functools.cache
+def _converged(seconds, motion):
+    recording = record(TRANSMISSION_1, motion, seconds + 10.0)
+    samples = list(rows(recording))
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    for sample in samples[: int(100 * seconds)]:
+        estimate = estimator.add(*sample)
+    assert estimate.status is Status.VALID
+    return estimator, estimate, samples[int(100 * seconds) :], recording.stiffness[int(100 * seconds) :]
+
+
+def converged(seconds=16.0, motion=SLOW):
+    """An estimator that knows transmission 1, and the recording that goes on after that."""
+    return copy.deepcopy(_converged(seconds, motion))
+
+
+def all_finite(estimate: Estimate) -> bool:
+    return all(math.isfinite(value) for value in estimate)
+
+
+@pytest.mark.parametrize("bad", [(math.nan, 0.01), (20.0, math.inf), (-math.inf, math.nan)])
+def test_a_number_that_is_none_is_dropped_counted_and_leaves_the_state_as_it_was(bad):
+    estimator, _, rest, _ = converged()
+    before = estimator.state()
+    assert estimator.add(rest[0][0], *bad) is None
+    after = estimator.state()
+    assert after.samples_dropped == before.samples_dropped + 1
+    assert after == before._replace(samples_dropped=after.samples_dropped)
+
+
+def test_zero_repeated_and_late_stamps_are_dropped_and_counted():
+    estimator, estimate, rest, _ = converged()
+    before = estimator.state().samples_dropped
+    for stamp_ns in (0, -5, estimate.stamp_ns, estimate.stamp_ns - 20_000_000):
+        assert estimator.add(stamp_ns, *rest[0][1:]) is None
+    assert estimator.state().samples_dropped == before + 4
+    assert estimator.add(*rest[0]).stamp_ns == rest[0][0]
+
+
+def test_time_that_jumps_back_resets_everything_and_output_goes_on():
+    estimator, estimate, _, _ = converged()
+    first = next(rows(record(TRANSMISSION_1, SLOW, 1.0)))
+    again = estimator.add(*first)
+    assert again.stamp_ns == first[0] < estimate.stamp_ns
+    assert (again.reset_count, again.reset_reason, again.status) == (1, Reset.TIME_JUMP, Status.CONVERGING)
+
+
+def test_a_recording_replayed_after_a_reset_gives_the_same_numbers_to_the_bit():
+    recording = record(TRANSMISSION_1, MULTISINE, 14.0)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    once = run(estimator, recording)
+    estimator.reset()
+    twice = run(estimator, recording)
+    assert [estimate._replace(reset_count=0, reset_reason=Reset.NONE) for estimate in twice] == once
+
+
+@pytest.mark.parametrize("sensor", ["force", "deflection"])
+@pytest.mark.parametrize("rate", [100, 1000])
+def test_a_hundred_sigma_spike_moves_no_estimate_by_more_than_one_standard_deviation(sensor, rate):
+    recording = record(TRANSMISSION_1, MULTISINE, 20.0, rate=rate)
+    samples = list(rows(recording))
+    clean, spiked = Estimator(wrong_start(TRANSMISSION_1)), Estimator(wrong_start(TRANSMISSION_1))
+    at = 18 * rate
+    for index, (stamp_ns, force, deflection) in enumerate(samples):
+        expected = clean.add(stamp_ns, force, deflection)
+        if index == at:
+            force, deflection = (force + 1.7, deflection) if sensor == "force" else (force, deflection + 1e-3)
+        estimate = spiked.add(stamp_ns, force, deflection)
+        for name in ("deflection", "velocity", "stiffness", "damping", "inertia", "k2", "d2"):
+            std = math.sqrt(getattr(expected, f"{name}_variance"))
+            assert abs(getattr(estimate, name) - getattr(expected, name)) <= std, (name, index - at)
+    state = spiked.state()
+    assert state.reset_count == 0
+    assert (state.force_rejected if sensor == "force" else state.deflection_rejected) >= 1
+
+
+def test_a_rezeroed_encoder_is_rejected_then_relocated_with_stiffness_k2_and_d2_kept():
+    estimator, before, rest, stiffness = converged()
+    for index, (stamp_ns, force, deflection) in enumerate(rest):
+        estimate = estimator.add(stamp_ns, force, deflection - 3e-3)
+        if index == 15:
+            assert estimate.reset_count == 0
+    state = estimator.state()
+    assert (estimate.reset_count, estimate.reset_reason) == (1, Reset.DEFLECTION)
+    assert state.deflection_rejected > 15
+    assert estimate.k2 == pytest.approx(before.k2, abs=3.0 * math.sqrt(before.k2_variance))
+    assert estimate.d2 == pytest.approx(before.d2, abs=3.0 * math.sqrt(before.d2_variance))
+    assert estimate.stiffness == pytest.approx(stiffness[-1], rel=0.01)
+    assert estimate.deflection == pytest.approx(rest[-1][2] - 3e-3, abs=5e-5)
+
+
+def test_a_stuck_encoder_is_named_and_recovers():
+    estimator, _, rest, _ = converged()
+    stuck = [estimator.add(stamp_ns, force, rest[0][2]) for stamp_ns, force, _ in rest[:300]]
+    assert stuck[-1].status is Status.DEGRADED
+    assert "encoder" in estimator.state().reason
+    for sample in rest[300:]:
+        estimate = estimator.add(*sample)
+    assert estimate.status is Status.VALID
+    assert estimate.k2 == pytest.approx(TRANSMISSION_1.k2, rel=0.01)
+
+
+def test_a_stuck_force_sensor_is_named_and_recovers():
+    estimator, before, rest, _ = converged()
+    stuck = [estimator.add(stamp_ns, rest[0][1], deflection) for stamp_ns, _, deflection in rest[:300]]
+    assert stuck[-1].status is Status.DEGRADED
+    assert "force sensor" in estimator.state().reason
+    assert stuck[-1].k2 == pytest.approx(before.k2, rel=1e-3)
+    for sample in rest[300:]:
+        estimate = estimator.add(*sample)
+    assert estimate.status is Status.VALID
+
+
+def test_saturation_is_flagged_and_teaches_nothing():
+    estimator, before, rest, _ = converged()
+    for stamp_ns, _, deflection in rest[:100]:
+        estimate = estimator.add(stamp_ns, 200.0, deflection)
+    assert estimate.status is Status.DEGRADED
+    assert "saturated" in estimator.state().reason
+    for name in ("k2", "d2"):  # the encoder goes on, and moves them a little through their correlation with x
+        std = math.sqrt(getattr(before, f"{name}_variance"))
+        assert getattr(estimate, name) == pytest.approx(getattr(before, name), abs=0.3 * std)
+
+
+def test_held_force_samples_are_counted_and_do_not_count_as_knowledge():
+    recording = record(TRANSMISSION_1, MULTISINE, 20.0, rate=500)
+    held = recording.force[(np.arange(recording.force.size) * 3 // 10) * 10 // 3]
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    for stamp_ns, force, deflection in zip(recording.stamp_ns, held, recording.deflection, strict=True):
+        estimate = estimator.add(int(stamp_ns), float(force), float(deflection))
+    assert estimator.state().force_repeated == pytest.approx(0.7 * held.size, rel=0.01)
+    assert estimate.k2 == pytest.approx(TRANSMISSION_1.k2, rel=0.01)
+
+
+def test_silence_grows_the_interval_goes_stale_and_then_invalid():
+    estimator, estimate, rest, _ = converged()
+    soon, later, late = (estimator.coast(estimate.stamp_ns + int(1e6 * ms)) for ms in (20, 60, 120))
+    assert soon.status is Status.VALID
+    assert (later.status, later.stiffness_valid) == (Status.STALE, True)
+    assert (late.status, late.stiffness_valid, late.damping_valid) == (Status.STALE, False, False)
+    assert estimate.stiffness_variance < soon.stiffness_variance < later.stiffness_variance < late.stiffness_variance
+    assert estimator.add(*rest[0]).status is Status.VALID
+
+
+def test_after_a_long_gap_the_coefficients_are_still_known():
+    estimator, _, rest, stiffness = converged()
+    for stamp_ns, force, deflection in rest[:200]:
+        estimate = estimator.add(stamp_ns + 5 * SECOND, force, deflection)
+    assert (estimate.reset_count, estimate.reset_reason) == (1, Reset.GAP)
+    assert estimate.status is Status.VALID
+    assert estimate.stiffness == pytest.approx(stiffness[199], rel=0.01)
+
+
+def test_another_rig_in_its_place_is_noticed_and_learnt():
+    estimator, _, _, _ = converged()
+    other = record(TRANSMISSION_1.__class__(k1=2.0, k2=220.0, force_offset=12.0), SLOW, 25.0)
+    for stamp_ns, force, deflection in rows(other):
+        estimate = estimator.add(stamp_ns + 20 * SECOND, force, deflection)
+    assert estimate.reset_count >= 1
+    assert estimate.status is Status.VALID
+    assert estimate.k2 == pytest.approx(220.0, rel=0.01)
+
+
+def test_uneven_stamps_and_drop_outs_do_no_harm():
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.uniform(0.005, 0.015, 3000))
+    t = t[rng.random(t.size) > 0.05]
+    recording = record(TRANSMISSION_1, MULTISINE, stamps=t)
+    estimates = run(Estimator(wrong_start(TRANSMISSION_1)), recording)
+    error = np.log(column(estimates, "stiffness") / recording.stiffness)[2000:]
+    assert np.sqrt(np.mean(error**2)) < 0.003
+
+
+def test_everything_that_goes_out_is_finite_whatever_comes_in():
+    rng = np.random.default_rng(4)
+    estimator = Estimator(EstimatorConfig())
+    stamp_ns = SECOND
+    for _ in range(4000):
+        stamp_ns += int(rng.choice([0, 1, 10_000_000, 10_000_000, 10_000_000, 700_000_000, -30_000_000]))
+        force = float(rng.choice([0.0, 20.0, 1e300, -1e300, 5e-324, rng.standard_normal() * 100, math.nan]))
+        deflection = float(rng.choice([0.0, 0.01, 1e300, -1e9, rng.standard_normal() * 0.01, math.inf]))
+        estimate = estimator.add(stamp_ns, force, deflection)
+        assert estimate is None or all_finite(estimate)
+        assert all_finite([value for value in estimator.state() if isinstance(value, float)])
+
+
+def test_inertia_of_a_light_mass_at_slow_speed_is_never_valid_and_says_what_to_do():
+    recording = record(TRANSMISSION_1, SLOW, 20.0)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    assert not any(estimate.inertia_valid for estimate in run(estimator, recording))
+    assert any("inertia" in line and "0.7 Hz" in line for line in estimator.state().observability)
