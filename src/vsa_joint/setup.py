@@ -9,6 +9,7 @@ setup(
         ("share/vsa_joint", ["package.xml"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     maintainer="VSA maintainers",
     maintainer_email="maintainers@example.com",
     description="Joint impedance from two transmissions, and stiffness control.",
