@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.values import Estimate, State
+from vsa_estimator.values import Estimate, Reset, State
 
 
 class TransmissionEstimator(Protocol):
@@ -17,8 +17,12 @@ class TransmissionEstimator(Protocol):
         """What is known and how it is doing."""
         ...
 
-    def reset(self, reason: str) -> None:
-        """Forget everything but the configuration."""
+    def coast(self, stamp_ns: int) -> Estimate | None:
+        """Estimate at an instant [ns] without a sample; None before the first sample."""
+        ...
+
+    def reset(self, reason: Reset = Reset.REQUESTED) -> None:
+        """Forget everything but the configuration and the counters."""
         ...
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
-CANDIDATES: Array = 10.0 ** np.arange(-8.0, 1.1, 0.5)  # [m^2/s^5]
+CANDIDATES = np.logspace(-8.0, 1.0, 19)  # [m^2/s^5]
 LEAST = 1e-5  # the filter never assumes less [m^2/s^5]
 _LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
 
