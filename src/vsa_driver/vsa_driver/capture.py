@@ -46,7 +46,7 @@ class TransmissionCapture:
         roles = {"force": "force_signal", "encoder": "encoder_signal", COUNTER: "counter_signal"}
         wanted = {role: (f"{name}.{field}", getattr(settings, field)) for role, field in roles.items()}
         self.name = name
-        self.stream = Stream(sources(frames, wanted))
+        self.stream = Stream(sources(frames, wanted, needed=("force", "encoder")))
         self.tare = Tare(tare_spread)
         self.force_saturated = 0
         self.deflection_saturated = 0

@@ -1,12 +1,11 @@
 """From the words of the parameters to the DBC: which message carries which signals of what belongs together."""
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from vsa_common.configuration import ConfigurationError
-
 from vsa_driver.frames import RIG_DBC, FrameError, FrameSet, Message, Signal, Values
 
 _PACKAGE = "package://"
@@ -40,14 +39,16 @@ def load_frames(dbc: str) -> FrameSet:
         raise ConfigurationError(f"dbc = {dbc!r}: {error}") from error
 
 
-def sources(frames: FrameSet, wanted: Mapping[str, tuple[str, str]]) -> tuple[Source, ...]:
+def sources(
+    frames: FrameSet, wanted: Mapping[str, tuple[str, str]], needed: Collection[str] = ()
+) -> tuple[Source, ...]:
     """The messages that carry `wanted`, {role: (parameter, "message.signal")}, each with its roles in that order.
 
-    An empty "message.signal" is left out. Raises ConfigurationError naming the parameter whose signal is not there.
+    An empty "message.signal" is left out, unless its role is `needed`. Raises ConfigurationError naming the parameter whose signal is not there.
     """
     by_message: dict[str, list[str]] = {}
     for role, (parameter, name) in wanted.items():
-        if name:
+        if name or role in needed:
             by_message.setdefault(_split(parameter, name)[0], []).append(role)
     return tuple(_source(frames, wanted, name, tuple(roles)) for name, roles in by_message.items())
 

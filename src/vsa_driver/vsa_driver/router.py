@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 from vsa_common.configuration import ConfigurationError
-
 from vsa_driver.bus import Frame
 from vsa_driver.capture import JointCapture, JointSample, MotorCapture, MotorSample, Sample, TransmissionCapture
 from vsa_driver.frames import FrameError, FrameSet
@@ -93,8 +92,8 @@ class CommandFrames:
 
 def _joint_sources(frames: FrameSet, settings: DriverSettings) -> tuple[Source, ...]:
     joint = settings.joint
-    measured = {"angle": ("joint.angle_signal", joint.angle_signal), "torque": ("joint.torque_signal", joint.torque_signal)}
-    found = sources(frames, measured | {COUNTER: ("joint.counter_signal", joint.counter_signal)})
+    fields = {"angle": "angle_signal", "torque": "torque_signal", COUNTER: "counter_signal"}
+    found = sources(frames, {role: (f"joint.{field}", getattr(joint, field)) for role, field in fields.items()})
     return tuple(source for source in found if source.roles != (COUNTER,))
 
 

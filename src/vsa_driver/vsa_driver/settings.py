@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from vsa_common.configuration import ConfigurationError, flag, group, quantity, words
-
 from vsa_driver.bus import BusConfig
 
 _FORCE = "message.signal of the DBC that carries the rod force"
@@ -103,11 +102,9 @@ class DriverSettings:
     tare_spread: float = quantity(0.1, "N", 1e-4, 100.0, "standard deviation of the force above which tare is refused")
 
     def __post_init__(self) -> None:
-        for name in self.transmissions:
-            if name not in ("transmission_1", "transmission_2") or self.transmissions.count(name) > 1:
-                raise ConfigurationError(
-                    f"transmissions = {list(self.transmissions)!r}: must be transmission_1, transmission_2 or both"
-                )
+        names = list(self.transmissions)
+        if sorted(names) not in (["transmission_1"], ["transmission_2"], ["transmission_1", "transmission_2"]):
+            raise ConfigurationError(f"transmissions = {names!r}: must be transmission_1, transmission_2 or both")
 
     def transmission(self, name: str) -> TransmissionSettings:
         """Settings of one of `transmissions`."""

@@ -5,6 +5,7 @@ import math
 NANOSECONDS = 1_000_000_000
 
 _ON_EPOCH_NS = 60 * NANOSECONDS  # stamps this near to the host's time are of its clock
+_LATEST_S = 2.0**34  # no clock shows the year 2514
 _DRIFT = 2e-4  # an adapter's crystal may be this much slower than the host's
 
 
@@ -26,9 +27,10 @@ class CaptureClock:
 
         `steady_ns` is the arrival on a clock that is never set.
         """
-        if not math.isfinite(timestamp) or timestamp <= 0.0:
+        if not 0.0 < timestamp < _LATEST_S:  # also false for NaN
             return now_ns
-        device_ns = round(timestamp * NANOSECONDS)
+        seconds = int(timestamp)
+        device_ns = seconds * NANOSECONDS + round((timestamp - seconds) * NANOSECONDS)
         if abs(now_ns - device_ns) < _ON_EPOCH_NS:
             return device_ns
         return now_ns - steady_ns + self._steady(device_ns, steady_ns)

@@ -49,11 +49,9 @@ class Stream:
             if not self._complete(index, values, stamp_ns):
                 return None
             values, stamp_ns = self._merged(), self._stamp_ns
-        number: int | None = self.samples
-        if self._counter is not None:
-            number = self._counter.add(int(values[self._counter_index]), stamp_ns)
-            if number is None:
-                return None
+        number = self._number(values, stamp_ns)
+        if number is None:
+            return None
         self.samples += 1
         return Reading(stamp_ns, number, values)
 
@@ -82,6 +80,11 @@ class Stream:
         values = tuple(value for index in range(len(self.sources)) for value in self._parts[index])
         self._parts.clear()
         return values
+
+    def _number(self, values: tuple[float, ...], stamp_ns: int) -> int | None:
+        if self._counter is None:
+            return self.samples
+        return self._counter.add(int(values[self._counter_index]), stamp_ns)
 
     def _bits(self) -> int:
         return next(part.signal(COUNTER).bits for part in self.sources if COUNTER in part.roles)
