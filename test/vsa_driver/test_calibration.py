@@ -14,7 +14,7 @@ def test_the_inverse_gives_the_signal_back():
 
 def test_tare_makes_the_mean_of_the_last_forces_zero():
     tare = Tare(spread=0.1)
-    for i in range(1000):
+    for _ in range(1000):
         assert tare.add(100.0) == 100.0
     for i in range(TARE_SAMPLES):
         tare.add(3.0 + (-1) ** i * 0.05)

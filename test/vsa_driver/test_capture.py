@@ -2,6 +2,7 @@
 
 import struct
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -47,7 +48,7 @@ def test_the_encoder_is_followed_through_its_wrap_both_ways(direction):
     travel = [
         router.add(transmission(20.0, count % 1024, i), NOW + i * MS)[0].deflection for i, count in enumerate(counts)
     ]
-    steps = [after - before for before, after in zip(travel, travel[1:], strict=False)]
+    steps = [after - before for before, after in pairwise(travel)]
     assert steps == pytest.approx([direction * 1e-3] * len(steps))
 
 

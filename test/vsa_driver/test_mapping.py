@@ -11,10 +11,13 @@ RIG = "package://vsa_driver/config/vsa_rig.dbc"
 
 
 def complaint(settings):
-    with pytest.raises(ConfigurationError) as caught:
+    def set_up():
         frames = load_frames(settings.dbc)
         Router(frames, settings)
         CommandFrames(frames, settings.motors)
+
+    with pytest.raises(ConfigurationError) as caught:
+        set_up()
     assert "\n" not in str(caught.value)
     return str(caught.value)
 

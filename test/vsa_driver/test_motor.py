@@ -1,4 +1,5 @@
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -46,7 +47,7 @@ def test_a_far_command_is_approached_at_the_speed_limit_and_reached():
         now += 0.01
         gate.command((1.0, -0.02), now)
         sent.append(gate.step(now))
-    speeds = [(after[0] - before[0]) / 0.01 for before, after in zip(sent, sent[1:], strict=False)]
+    speeds = [(after[0] - before[0]) / 0.01 for before, after in pairwise(sent)]
     assert max(speeds) <= 5.0 + 1e-6
     assert sent[0][0] == pytest.approx(0.05)
     assert sent[-1] == (1.0, -0.02)

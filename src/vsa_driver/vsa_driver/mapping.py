@@ -44,7 +44,8 @@ def sources(
 ) -> tuple[Source, ...]:
     """The messages that carry `wanted`, {role: (parameter, "message.signal")}, each with its roles in that order.
 
-    An empty "message.signal" is left out, unless its role is `needed`. Raises ConfigurationError naming the parameter whose signal is not there.
+    An empty "message.signal" is left out, unless its role is `needed`.
+    Raises ConfigurationError naming the parameter whose signal is not there.
     """
     by_message: dict[str, list[str]] = {}
     for role, (parameter, name) in wanted.items():
