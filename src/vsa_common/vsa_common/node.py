@@ -39,9 +39,13 @@ class SuiteNode(LifecycleNode, Generic[Config]):
     """A lifecycle node that configures and activates itself unless `autostart` is false."""
 
     def __init__(self, name: str, config_class: type[Config], namespace: str = "vsa") -> None:
-        super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
+        try:
+            super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
+        except ValueError as error:  # rcl gives an empty list no type
+            raise ConfigurationError(f"a parameter has no value; write an empty list as ['']: {error}") from error
         self._config_class = config_class
         self._active = False
+        self._starting = False
         self.failure = ""
         self.config = self._declare()
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -76,8 +80,10 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """Configure and activate, if the parameter says so; ConfigurationError where the node cannot start."""
         if not self.get_parameter("autostart").value:
             return
+        self._starting = True
         self.trigger_configure()
         self.trigger_activate()
+        self._starting = False
         if not self._active:
             raise ConfigurationError(self.failure or "cannot start")
 
@@ -86,7 +92,8 @@ class SuiteNode(LifecycleNode, Generic[Config]):
             self.start()
         except (ConfigurationError, OSError) as error:
             self.failure = " ".join(str(error).split())
-            self.get_logger().error(self.failure)
+            if not self._starting:  # `run` says it then
+                self.get_logger().error(self.failure)
             return TransitionCallbackReturn.FAILURE
         self._active = True
         return super().on_activate(state)

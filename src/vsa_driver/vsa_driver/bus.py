@@ -107,7 +107,7 @@ def parse_options(options: tuple[str, ...]) -> dict[str, bool | int | float | st
     {'hop_limit': 0, 'fd': True, 'port': 1024, 'serial': 'AB1'}
     """
     parsed = {}
-    for option in options:
+    for option in filter(None, options):  # a parameter file writes no options as ['']
         key, equals, value = option.partition("=")
         if not equals or not key.strip().isidentifier():
             raise BusError(f"CAN bus option {option!r}: expected key=value")
