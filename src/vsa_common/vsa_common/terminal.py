@@ -14,7 +14,7 @@ PIPE_WIDTH = 160  # columns where the output is a file or a pipe
 class Bar:
     """A progress bar; does nothing where nobody looks."""
 
-    def __init__(self, progress: Progress, total: float, text: str) -> None:
+    def __init__(self, progress: Progress, total: float | None, text: str) -> None:
         self._progress = progress
         self._task = progress.add_task(text, total=total)
 
@@ -24,12 +24,20 @@ class Bar:
 
 
 @contextmanager
-def progress(total: float, text: str, count: bool = False) -> Iterator[Bar]:
-    """A bar on stderr while the block runs, silent when stderr is no terminal; `count` shows steps, not percent."""
+def progress(total: float | None, text: str, count: bool = False) -> Iterator[Bar]:
+    """A bar on stderr while the block runs, silent when stderr is no terminal; `count` shows steps, not percent.
+
+    A `total` of None is an end that nobody knows.
+    """
     columns = (MofNCompleteColumn() if count else TaskProgressColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(
-        TextColumn("{task.description}"), BarColumn(), *columns, console=console, transient=True, disable=not console.is_terminal
+        TextColumn("{task.description}"),
+        BarColumn(),
+        *columns,
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
     ) as bars:
         yield Bar(bars, total, text)
 
