@@ -1,0 +1,163 @@
+"""Nodes as processes of their own that never outlive the one that started them."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+
+STOP_S = 5.0  # to end after a signal, before the next stronger one
+ORPHAN_S = 3  # orphans that have not ended by themselves after so long are killed
+TAIL_LINES = 12
+
+_PR_SET_PDEATHSIG = 1
+_LIBC = ctypes.CDLL(None, use_errno=True)
+# Reads a line from us: "done" when all have ended. End of file instead means that we are no more.
+_GUARD = (
+    'while read -r word; do case $word in done) exit;; *) all="$all -$word";; esac; done; '
+    f"sleep {ORPHAN_S}; for one in $all; do kill -KILL $one 2>/dev/null; done"
+)
+
+
+class ProcessError(RuntimeError):
+    """A process could not be started or died; the text names it and shows the end of its log."""
+
+
+def executable(package: str, name: str) -> str:
+    """Path of a ROS executable, as `ros2 run` finds it. Raises ProcessError where there is none."""
+    try:
+        path = Path(get_package_prefix(package), "lib", package, name)
+    except (PackageNotFoundError, LookupError) as error:
+        raise ProcessError(f"package {package} is not in the environment: {error}") from error
+    if not path.exists():
+        raise ProcessError(f"no executable {name} in package {package} ({path})")
+    return str(path)
+
+
+class Process:
+    """One process in a session of its own, with its output in a file."""
+
+    def __init__(self, name: str, command: Sequence[str], log: Path, env: Mapping[str, str], nice: int = 0) -> None:
+        self.name = name
+        self.log = log
+        parent = os.getpid()
+
+        def before() -> None:
+            _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+            if os.getppid() != parent:  # it died before we asked to be told
+                os._exit(1)
+            os.nice(nice)
+
+        with log.open("wb") as output:
+            self._popen = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env=dict(env),
+                start_new_session=True,
+                preexec_fn=before,
+            )
+
+    @property
+    def pid(self) -> int:
+        """Process id, and that of its session."""
+        return self._popen.pid
+
+    @property
+    def code(self) -> int | None:
+        """Exit code; None while it runs."""
+        return self._popen.poll()
+
+    def signal(self, number: int) -> None:
+        """Send a signal to the process, if it still runs."""
+        if self.code is None:
+            self._popen.send_signal(number)
+
+    def wait(self, seconds: float) -> int | None:
+        """Exit code, None if it still runs after `seconds`."""
+        try:
+            return self._popen.wait(max(seconds, 0.0))
+        except subprocess.TimeoutExpired:
+            return None
+
+    def kill(self) -> None:
+        """End its whole session at once."""
+        try:
+            os.killpg(self.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            return
+        self._popen.wait()
+
+    def tail(self) -> str:
+        """The last lines of its output."""
+        lines = self.log.read_text(errors="replace").splitlines()[-TAIL_LINES:]
+        return "\n".join(f"  {line}" for line in lines) or "  (no output)"
+
+
+class Group:
+    """Processes that are started one by one and stopped in order; leaving the `with` block stops what still runs.
+
+    Should this process be killed, they get SIGTERM at once and SIGKILL after `ORPHAN_S`.
+    """
+
+    def __init__(self, logs: Path, env: Mapping[str, str]) -> None:
+        self._logs = logs
+        self._env = env
+        self._processes: dict[str, Process] = {}
+        self._guard = subprocess.Popen(["sh", "-c", _GUARD], stdin=subprocess.PIPE, start_new_session=True, text=True)
+        logs.mkdir(parents=True, exist_ok=True)
+
+    def __enter__(self) -> "Group":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.stop(*self._processes)
+        finally:
+            for process in self._processes.values():
+                process.kill()
+            self._tell("done")
+            self._guard.wait()
+
+    def start(self, name: str, command: Sequence[str], nice: int = 0) -> Process:
+        """Start one process."""
+        process = Process(name, command, self._logs / f"{name}.log", self._env, nice)
+        self._processes[name] = process
+        self._tell(str(process.pid))
+        return process
+
+    def __getitem__(self, name: str) -> Process:
+        return self._processes[name]
+
+    def check(self) -> None:
+        """Raise ProcessError if one has ended with an error."""
+        for process in self._processes.values():
+            if process.code:
+                raise ProcessError(f"{process.name} ended with code {process.code}:\n{process.tail()}")
+
+    def stop(self, *names: str) -> None:
+        """SIGINT to all of them at once, then SIGTERM, then SIGKILL to what did not end."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            for name in names:
+                self._processes[name].signal(number)
+            end = time.monotonic() + STOP_S
+            if None not in [self._processes[name].wait(end - time.monotonic()) for name in names]:
+                break
+        for name in names:
+            self._processes[name].kill()
+
+    def _tell(self, line: str) -> None:
+        assert self._guard.stdin
+        try:
+            self._guard.stdin.write(f"{line}\n")
+            self._guard.stdin.flush()
+        except BrokenPipeError:  # someone killed the guard; the processes' own wish to die with us remains
+            pass
