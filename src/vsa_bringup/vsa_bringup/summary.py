@@ -1,0 +1,173 @@
+"""How good a recorded run was, against the rig's truth; arrays in, the numbers of summary.json out.
+
+Estimates belong to samples of the rig by the rolling counter of the frame that they came from. Errors are those of the
+last 30 % of the run, over every message there, whether it called itself valid or not.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Columns = Mapping[str, Floats]
+
+SCORED = 0.3  # the last part of the run that is judged
+NEAR = 0.05  # relative error of stiffness below which it counts as converged
+Z95 = 1.959964  # half width of the 95 % interval in standard deviations
+UNKNOWN = -1  # sample number of a stamp that no frame had
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Which sample of the rig each capture stamp belongs to; stamps rise."""
+
+    stamp_ns: Integers
+    counter: Integers
+
+    def samples(self, stamp_ns: Integers) -> Integers:
+        """Sample numbers of stamps, UNKNOWN where no frame carries the stamp."""
+        if not len(self.stamp_ns):
+            return np.full(len(stamp_ns), UNKNOWN)
+        index = np.clip(np.searchsorted(self.stamp_ns, stamp_ns), 0, len(self.stamp_ns) - 1)
+        return np.where(self.stamp_ns[index] == stamp_ns, self.counter[index], UNKNOWN)
+
+
+@dataclass(frozen=True)
+class Series:
+    """Estimates of one quantity with their standard deviations."""
+
+    value: Floats
+    std: Floats
+
+    def __getitem__(self, where: Any) -> "Series":
+        return Series(self.value[where], self.std[where])
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One coefficient of a transmission at the end of the run."""
+
+    start: float
+    estimate: float
+    std: float
+    truth: float
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """What was recorded of one transmission; `sample` numbers the estimates."""
+
+    sample: Integers
+    stiffness: Series
+    damping: Series
+    coefficients: Mapping[str, Coefficient]  # k2, d2, inertia; SI
+    inertia_valid: bool
+
+
+@dataclass(frozen=True)
+class JointRun:
+    """What was recorded of the joint; `samples` of either side for each message."""
+
+    samples: tuple[Integers, Integers]
+    stiffness: Series
+    damping: Series
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """How the simulated rig's transmissions reach its joint."""
+
+    radius: float  # [m]
+    tendon_stiffness: tuple[float, float]  # [N/m]
+    joint_damping: float  # [N m s/rad]
+
+
+def transmission_summary(run: Transmission, truth: Columns, side: int, rate_hz: float) -> dict[str, Any]:
+    """The figures of transmission `side` (1 or 2) of a rig that sampled at `rate_hz` [Hz]."""
+    sent = len(truth["stiffness_1"])
+    known = (run.sample >= 0) & (run.sample < sent)
+    fused = len(np.unique(run.sample[known]))
+    sample, stiffness, damping = run.sample[known], run.stiffness[known], run.damping[known]
+    true_stiffness, true_damping = truth[f"stiffness_{side}"][sample], truth[f"damping_{side}"][sample]
+    late = sample >= (1.0 - SCORED) * sent
+    return {
+        "samples_sent": sent,
+        "samples_fused": fused,
+        "samples_lost": sent - fused,
+        "converged_after_s": converged_after(sample / rate_hz, stiffness.value, true_stiffness),
+        **{name: vars(coefficient).copy() for name, coefficient in run.coefficients.items() if name != "inertia"},
+        "inertia": {**vars(run.coefficients["inertia"]), "valid": run.inertia_valid},
+        "stiffness_nrmse": nrmse(stiffness.value[late], true_stiffness[late]),
+        "damping_nrmse": nrmse(damping.value[late], true_damping[late]),
+        "stiffness_coverage95": log_coverage(stiffness[late], true_stiffness[late]),
+        "damping_coverage95": coverage(damping[late], true_damping[late]),
+    }
+
+
+def joint_summary(run: JointRun, truth: Columns, geometry: Geometry) -> dict[str, Any]:
+    """The figures of the joint."""
+    sent = len(truth["stiffness_1"])
+    first, second = run.samples
+    late = (np.minimum(first, second) >= (1.0 - SCORED) * sent) & (np.maximum(first, second) < sent)
+    stiffness, damping = joint_truth(truth, (first[late], second[late]), geometry)
+    return {
+        "messages": len(first),
+        "stiffness_nrmse": nrmse(run.stiffness.value[late], stiffness),
+        "damping_nrmse": nrmse(run.damping.value[late], damping),
+        "stiffness_coverage95": coverage(run.stiffness[late], stiffness),
+    }
+
+
+def joint_truth(truth: Columns, samples: tuple[Integers, Integers], geometry: Geometry) -> tuple[Floats, Floats]:
+    """Stiffness [N m/rad] and damping [N m s/rad] of the joint at low frequency, eqs. (10), (11), (13).
+
+    (13) is taken with the 1/4 of virtual work: a rod moves half as far as its tendon and bears twice its tension.
+    """
+    stiffness = np.zeros(len(samples[0]))
+    damping = np.full(len(samples[0]), geometry.joint_damping)
+    for side, (sample, tendon) in enumerate(zip(samples, geometry.tendon_stiffness, strict=True), 1):
+        sigma, rod_damping = truth[f"stiffness_{side}"][sample], truth[f"damping_{side}"][sample]
+        stiffness += geometry.radius**2 * sigma * tendon / (4.0 * tendon + sigma)
+        damping += geometry.radius**2 * rod_damping * (2.0 * tendon / (4.0 * tendon + sigma)) ** 2
+    return stiffness, damping
+
+
+def converged_after(time: Floats, estimate: Floats, truth: Floats) -> float | None:
+    """Time [s] from which on the estimate stays within NEAR of the truth; None if it never does."""
+    wrong = np.flatnonzero(~(np.abs(estimate - truth) <= NEAR * np.abs(truth)))
+    if not len(wrong):
+        return 0.0 if len(time) else None
+    after = int(wrong[-1]) + 1
+    return float(time[after]) if after < len(time) else None
+
+
+def nrmse(estimate: Floats, truth: Floats) -> float | None:
+    """rms error / rms truth [1]; None without a sample."""
+    if not len(truth):
+        return None
+    return float(np.sqrt(np.mean((estimate - truth) ** 2) / np.mean(truth**2)))
+
+
+def coverage(estimate: Series, truth: Floats) -> float | None:
+    """Share of samples whose 95 % interval holds the truth."""
+    return float(np.mean(np.abs(estimate.value - truth) <= Z95 * estimate.std)) if len(truth) else None
+
+
+def log_coverage(estimate: Series, truth: Floats) -> float | None:
+    """The same for a positive quantity whose interval is value * exp(+-Z95 std / value)."""
+    if not len(truth):
+        return None
+    value = np.maximum(estimate.value, np.finfo(float).tiny)
+    return float(np.mean(np.abs(np.log(value / truth)) <= Z95 * estimate.std / value))
+
+
+def latency_summary(latency_ns: Integers) -> dict[str, float | None]:
+    """Median, 99th percentile and maximum [ms]."""
+    if not len(latency_ns):
+        return {"p50": None, "p99": None, "max": None}
+    p50, p99, largest = np.percentile(latency_ns, [50.0, 99.0, 100.0]) / 1e6
+    return {"p50": round(float(p50), 3), "p99": round(float(p99), 3), "max": round(float(largest), 3)}
