@@ -50,7 +50,8 @@ def test_a_motorola_signal_counts_its_bits_from_the_top(other):
 
 def test_counters_stay_integers(rig):
     count, force = rig.message("Transmission1").reader("EncoderCount", "Force")(bytes(7))
-    assert isinstance(count, int) and isinstance(force, float)
+    assert isinstance(count, int)
+    assert isinstance(force, float)
 
 
 def test_a_multiplexed_signal_is_read_from_its_own_page_only(other):
@@ -58,10 +59,12 @@ def test_a_multiplexed_signal_is_read_from_its_own_page_only(other):
     assert read(bytes([1, 0xFE, 0xFF, 0xFF, 0xFF, 0, 0, 0])) == (-2,)
     with pytest.raises(FrameError, match="frame without signal 'Second'"):
         read(bytes(8))
+    with pytest.raises(FrameError, match="Muxed: "):
+        read(bytes([7] * 8))
 
 
 def test_a_missing_signal_is_named_with_the_nearest_one(rig):
-    with pytest.raises(FrameError, match="message Transmission1 has no signal 'Forse'; did you mean Force?"):
+    with pytest.raises(FrameError, match="message Transmission1 has no signal 'Forse'; did you mean Force"):
         rig.message("Transmission1").reader("Forse")
 
 

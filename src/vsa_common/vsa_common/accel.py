@@ -1,7 +1,10 @@
-"""The one door to numba: what is written once runs compiled where numba is there, and as plain numpy where it is not."""
+"""The one door to numba: one source, compiled where numba is there, plain Python and numpy where it is not."""
 
 import os
 from collections.abc import Callable
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
 from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -22,5 +25,18 @@ else:
 
     def compiled(function: Function) -> Function:
         """`function` compiled at its first call; the machine code is kept on disk for the next process."""
-        accelerated: Function = numba.njit(cache=True, error_model="numpy")(function)
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = before or _cache_folder(Path(function.__code__.co_filename).resolve().parent)
+        try:
+            accelerated: Function = numba.njit(cache=True, error_model="numpy")(function)
+        finally:
+            numba.config.CACHE_DIR = before
         return accelerated
+
+
+@lru_cache
+def _cache_folder(sources: Path) -> str:
+    # numba looks at the caller's own file only: machine code must not outlive a change in a module beside it
+    digest = sha256(b"".join(path.read_bytes() for path in sorted(sources.glob("*.py")))).hexdigest()[:16]
+    base = sources / "__pycache__" if os.access(sources, os.W_OK) else Path.home() / ".cache" / "vsa"
+    return str(base / f"numba-{digest}")

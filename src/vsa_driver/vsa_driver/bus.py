@@ -89,7 +89,7 @@ class Bus:
 def open_bus(config: BusConfig) -> Bus:
     """Open the bus that `config` describes. Raises BusError with the reason on one line."""
     name = f"CAN bus {config.interface} {config.channel}"
-    options = {"bitrate": config.bitrate} | parse_options(config.options)
+    options: dict[str, Any] = {"bitrate": config.bitrate} | parse_options(config.options)
     try:
         _check_options(config.interface, options, name)
         bus = can.Bus(interface=config.interface, channel=config.channel, ignore_config=True, **options)

@@ -67,7 +67,10 @@ class Message:
         """Values of all signals in the DBC's units. Raises FrameError for a wrong length."""
         if len(data) != self.length:
             raise FrameError(f"{self.name}: {len(data)} bytes, expected {self.length}")
-        return self._message.decode(data, decode_choices=False)  # type: ignore[return-value]
+        try:
+            return self._message.decode(data, decode_choices=False)  # type: ignore[return-value]
+        except (cantools.database.Error, KeyError) as error:  # a multiplexer that names no page
+            raise FrameError(f"{self.name}: {' '.join(str(error).split())}") from error
 
     def reader(self, *names: str) -> Callable[[bytes], Values]:
         """A function from a frame's bytes to the values of the named signals, in that order.
