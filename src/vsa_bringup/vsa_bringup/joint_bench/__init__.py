@@ -1,0 +1,1 @@
+"""The joint's validation experiment on the simulated rig, through the pure cores, faster than real time."""

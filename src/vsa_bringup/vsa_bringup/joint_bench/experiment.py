@@ -1,0 +1,190 @@
+"""One run: learn while the motors move, hold them, let the external torque work, compare."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_driver.rig.config import RigConfig
+from vsa_driver.rig.dynamics import TRUTH
+from vsa_driver.rig.rig import Rig
+from vsa_estimator.estimator import Estimator
+from vsa_joint.excitation import PERIOD
+from vsa_joint.fusion import JointEstimate, JointFusion, Side
+from vsa_joint.identification import Identified, Period, average, from_motion, from_response, line_response
+from vsa_joint.propagation import Rod
+from vsa_joint.reflection import Impedance, Sides, consistent, paper, response, valid_frequency
+
+from vsa_bringup.joint_bench.case import (
+    JUDGED_FREQUENCY,
+    Case,
+    estimator_config,
+    external_torque,
+    geometry,
+    joint_config,
+    rig_config,
+    travel,
+)
+
+Array = NDArray[np.float64]
+
+LEARNING, SETTLING, PERIODS = 36.0, 4.0, 2  # s, s, periods used; one more is dropped before them
+COMMAND_RATE_HZ = 100
+LOUDEST_FORCE = 150.0  # N, of the learning motion
+LEARNING_FREQUENCY = (1.0 / 18.0, 1.0 / 3.0)  # Hz, whole turns within LEARNING
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The rig's truth, the independent experiment, and the live estimate, each with standard deviations."""
+
+    case: Case
+    co_contraction: float  # N, the smaller mean tension
+    torque_rms: float  # N m
+    truth: Impedance
+    printed: Impedance  # the truth's (12) and (13)
+    identified: Identified
+    estimated: Impedance
+    estimated_std: Impedance
+    expansion_valid: bool
+    response_error: float | None  # a joint with friction has no response
+    period: Period
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Truth (columns as in TRUTH) and what the sensors said."""
+
+    truth: Array
+    forces: Array
+    deflections: Array
+    angle: Array
+    torque: Array
+
+
+def run(case: Case) -> Outcome:
+    """The whole experiment on a rig of its own."""
+    config = rig_config(case)
+    recording = record(case, config)
+    used = slice(-round(PERIODS * PERIOD * case.rate_hz), None)
+    period = average(recording.angle[used], recording.torque[used], case.rate_hz, PERIOD)
+    torque, joint = external_torque(case, config), geometry(config)
+    rods = true_rods(case, config, recording.truth[used])
+    error = None
+    if case.frictionless:
+        z = line_response(period, torque.lines)
+        error = float(np.abs(z / response(torque.frequency, rods, joint) - 1.0).max())
+        identified = from_response(torque.frequency, z, joint)
+    else:
+        identified = from_motion(period, joint)
+    estimates = estimate(recording, config)
+    first = len(recording.angle) + used.start
+    estimated, std = _at_rest(case, [e for e in estimates if _row(e, case) >= first], recording.truth)
+    tension = recording.truth[used][:, [TRUTH.index("tension_1"), TRUTH.index("tension_2")]].mean(axis=0)
+    valid = valid_frequency(rods, joint) >= JUDGED_FREQUENCY
+    return Outcome(
+        case, float(tension.min()), torque.rms, consistent(rods, joint), paper(rods, joint), identified,
+        estimated, std, valid, error, period,
+    )  # fmt: skip
+
+
+def record(case: Case, config: RigConfig) -> Recording:
+    """Motors up and down together for a while, then held."""
+    rig, parts = Rig(config), []
+    sides = (config.transmission_1, config.transmission_2)
+    for k in range(round((LEARNING + SETTLING) * COMMAND_RATE_HZ)):
+        force = _learning_force(k / COMMAND_RATE_HZ, case.force)
+        rig.command(*(travel(force, side) / config.motors.pulley_radius for side in sides))
+        parts.append(rig.advance(case.rate_hz // COMMAND_RATE_HZ))
+    parts.append(rig.advance(round((1 + PERIODS) * PERIOD * case.rate_hz)))
+    counts = np.concatenate([part.readings.counts for part in parts])
+    turns = np.unwrap(counts, period=1 << 16, axis=0) - config.sensors.encoder_start
+    return Recording(
+        np.concatenate([part.truth for part in parts]),
+        np.concatenate([part.readings.forces for part in parts]),
+        turns * config.sensors.deflection_resolution,
+        np.concatenate([part.readings.angle for part in parts]),
+        np.concatenate([part.readings.torque for part in parts]),
+    )
+
+
+def true_rods(case: Case, config: RigConfig, truth: Array) -> Sides:
+    """Both rods as the experiment means them.
+
+    With friction: at their mean place and at rest. Without: averaged, which is what a small response sees.
+    """
+    rods = []
+    for number, c in ((1, config.transmission_1), (2, config.transmission_2)):
+        deflection = truth[:, TRUTH.index(f"deflection_{number}")]
+        if case.frictionless:
+            stiffness = float(truth[:, TRUTH.index(f"stiffness_{number}")].mean())
+            damping = float(truth[:, TRUTH.index(f"damping_{number}")].mean())
+        else:
+            stiffness, damping = c.k1 * c.k2 * math.exp(c.k2 * float(deflection.mean())), c.d1
+        rods.append(Impedance(stiffness, damping, c.inertia))
+    return rods[0], rods[1]
+
+
+def estimate(recording: Recording, config: RigConfig) -> list[JointEstimate]:
+    """What both estimators and the joint core give, sample by sample."""
+    fusion = JointFusion(joint_config(config))
+    coefficients = (config.transmission_1, config.transmission_2)
+    estimators = [Estimator(estimator_config(c, config, side)) for side, c in enumerate(coefficients)]
+    out = []
+    for k in range(len(recording.angle)):
+        stamp = (k + 1) * 1_000_000_000 // config.rate_hz
+        for side, estimator in enumerate(estimators):
+            sample = estimator.add(stamp, recording.forces[k, side], recording.deflections[k, side])
+            if sample is None:
+                continue
+            joint = fusion.add(side, _side(sample), stamp)
+            if joint is not None:
+                out.append(joint)
+    return out
+
+
+def _side(e) -> Side:  # type: ignore[no-untyped-def]
+    rod = Rod(
+        e.stiffness, e.damping, e.inertia, e.stiffness_variance, e.damping_variance, e.inertia_variance,
+        e.stiffness_damping_covariance, e.stiffness_inertia_covariance, e.damping_inertia_covariance,
+    )  # fmt: skip
+    return Side(
+        e.stamp_ns, e.force, e.force_variance, e.force_valid, rod, e.stiffness_valid, e.damping_valid,
+        e.inertia_valid, e.status, e.reset_count, e.reset_reason,
+    )  # fmt: skip
+
+
+def _learning_force(time: float, held: float) -> float:
+    """Rod force asked of both sides [N]: from `held` up and down, and back to stay."""
+    if time >= LEARNING:
+        return held
+    top = min(2.0 * held, LOUDEST_FORCE)
+    slow, quick = (1.0 - math.cos(2.0 * math.pi * f * time) for f in LEARNING_FREQUENCY)
+    return held * (top / held) ** (0.475 * slow + 0.025 * quick)
+
+
+def _row(estimate: JointEstimate, case: Case) -> int:
+    return round(estimate.stamp_ns * 1e-9 * case.rate_hz) - 1
+
+
+def _at_rest(case: Case, estimates: list[JointEstimate], truth: Array) -> tuple[Impedance, Impedance]:
+    """The estimates at the mean angle and at rest with friction, their mean without; typical deviations beside."""
+    index = [_row(e, case) for e in estimates]
+    angle = truth[index, TRUTH.index("angle")]
+    speed = truth[index, TRUTH.index("angular_velocity")]
+    angle = (angle - angle.mean()) / np.std(angle)
+    values, stds = [], []
+    for name in ("stiffness", "damping", "inertia"):
+        valid = np.array([getattr(e, f"{name}_valid") for e in estimates], dtype=bool)
+        series = np.array([getattr(e, name) for e in estimates])
+        deviation = np.sqrt([getattr(e, f"{name}_variance") for e in estimates])
+        chosen = valid if valid.any() and name != "inertia" else np.ones_like(valid)
+        if case.frictionless:
+            value = float(series[chosen].mean())
+        else:
+            by = np.stack([np.ones_like(angle), angle, angle**2, angle**3, (speed / np.std(speed)) ** 2], axis=1)
+            value = float(np.linalg.lstsq(by[chosen], series[chosen], rcond=None)[0][0])
+        near = chosen & (np.abs(angle) < 0.5)
+        values.append(value)
+        stds.append(float(np.median(deviation[near if near.any() else chosen])))
+    return Impedance(*values), Impedance(*stds)
