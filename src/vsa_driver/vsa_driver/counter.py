@@ -47,7 +47,7 @@ class RollingCounter:
             return self._accept(raw, stamp_ns)
         step = (raw - self._number) % self._modulus
         elapsed = (stamp_ns - self._stamp_ns) / self._period_ns  # in samples
-        if elapsed > self._modulus // 2:
+        if step > 1 and elapsed > self._modulus // 2:  # the very next number is a device that paused
             step += self._modulus * max(0, round((elapsed - step) / self._modulus))
         if step == 0:
             self.duplicates += 1
