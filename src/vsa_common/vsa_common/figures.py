@@ -7,7 +7,7 @@
 
 import io
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +66,26 @@ def panels(
     figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height))
     axes = figure.subplots(rows, columns, sharex=share_x)
     if title:
-        figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
+        set_title(figure, title)
     return figure, axes
+
+
+def stack(rows: int, *, height: float, width: float = WIDTH) -> tuple[Figure, list[Axes]]:
+    """Panels above each other over one time axis, `height` inches each; laid out by rule, which is much faster."""
+    tall = rows * height + 0.8
+    figure = Figure(figsize=(width, tall))
+    figure.set_layout_engine("none")
+    places = {"left": 0.85 / width, "right": 1.0 - 0.15 / width, "bottom": 0.45 / tall, "top": 1.0 - 0.4 / tall}
+    axes = list(figure.subplots(rows, sharex=True, squeeze=False, gridspec_kw={**places, "hspace": 0.14})[:, 0])
+    for one in axes:
+        one.yaxis.set_label_coords(-0.65 / (width - 1.0), 0.5)
+    axes[-1].set_xlabel("time [s]")
+    return figure, axes
+
+
+def set_title(figure: Figure, title: str) -> None:
+    """Head the whole figure."""
+    figure.suptitle(title, x=0.01, y=1.0 - 0.08 / figure.get_figheight(), ha="left", va="top", weight="bold", size=11)
 
 
 def band(axes: Axes, x: Any, low: Any, high: Any, color: str) -> None:
@@ -85,8 +103,45 @@ def limits(axes: Axes, *series: Any, margin: float = 0.08, tail: float = 0.005) 
         axes.set_ylim(low - room, high + room)
 
 
+def text_page(title: str, lines: Sequence[str], tables: Sequence[tuple[str, Sequence[Sequence[str]]]]) -> Figure:
+    """A page for a PDF: a heading, lines of text, and tables whose first row names the columns."""
+    height = 1.2 + 0.2 * len(lines) + sum(0.6 + 0.17 * len(rows) for _, rows in tables)
+    figure = Figure(figsize=(WIDTH, height))
+    figure.set_layout_engine("none")
+    y = 1.0 - 0.4 / height
+    figure.text(0.03, y, title, size=15, weight="bold")
+    for line in lines:
+        y -= 0.2 / height
+        figure.text(0.03, y, line, size=7)
+    for heading, rows in tables:
+        y -= 0.4 / height
+        figure.text(0.03, y, heading, size=10, weight="bold")
+        y = _table(figure, rows, y - 0.05 / height, 0.17 / height) - 0.1 / height
+    return figure
+
+
+def _lay_out(figure: Figure) -> None:
+    """Make room for every label, once for all files that the figure is written to."""
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+
+
+def _table(figure: Figure, rows: Sequence[Sequence[str]], y: float, step: float) -> float:
+    """Columns as wide as their longest cell; returns where the table ends."""
+    widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(rows[0]))]
+    scale = min(0.94 / sum(widths), 0.012)
+    for n, row in enumerate(rows):
+        y -= step
+        for i, cell in enumerate(row):
+            x = 0.03 + scale * sum(widths[:i])
+            figure.text(x, y, cell, size=min(7.5, 640.0 * scale), weight="bold" if n == 0 else "normal")
+    return y
+
+
 def save(figure: Figure, path: str | Path) -> None:
     """Write the figure in the format that the suffix names (png, svg, pdf); makes the folder."""
+    _lay_out(figure)
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, metadata={"Date": None} if Path(path).suffix == ".svg" else None)
 
@@ -96,11 +151,13 @@ def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     with PdfPages(path) as pages:
         for figure in figures:
+            _lay_out(figure)
             pages.savefig(figure)
 
 
 def inline_svg(figure: Figure, name: str) -> str:
     """The figure as an <svg> element for an HTML page; `name` keeps its ids apart from those of other figures."""
+    _lay_out(figure)
     buffer = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": name}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})

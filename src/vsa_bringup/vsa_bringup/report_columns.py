@@ -1,0 +1,104 @@
+"""Messages of one topic as columns of numbers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_common.bags import Topic
+from vsa_common.stamps import NANOSECONDS, nanoseconds
+
+Floats = NDArray[np.float64]
+
+_FAR = 10.0  # a stamp so far from where the others are [s] is none
+
+
+@dataclass(frozen=True)
+class Series:
+    """The messages of one topic. `time` counts from the start of the run and is NaN where a stamp makes no sense."""
+
+    topic: Topic
+    stamp_ns: NDArray[np.int64]
+    receive_ns: NDArray[np.int64]
+    time: Floats  # [s]
+    columns: dict[str, Floats]
+    last: Any = None  # the last message as it is, for its texts
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    def __getitem__(self, name: str) -> Floats:
+        """A column; NaN throughout where the bag's version of the message lacks it."""
+        return self.columns.get(name, np.full(len(self), np.nan))
+
+    def std(self, name: str) -> Floats:
+        """Standard deviation of a quantity that comes with its variance."""
+        return np.sqrt(np.maximum(self[f"{name}_variance"], 0.0))
+
+    def valid(self, name: str) -> NDArray[np.bool_]:
+        """Where a quantity may be used."""
+        return self[f"{name}_valid"] == 1.0
+
+
+class Gatherer:
+    """Messages of one topic on their way to a Series: one number each, named `single`, or all that they hold."""
+
+    def __init__(self, topic: Topic, single: str = "") -> None:
+        self.topic = topic
+        self.stamps: list[int] = []
+        self._receives: list[int] = []
+        self._rows: list[tuple[float, ...]] = []
+        self._names = [single]
+        self._pick: Callable[[Any], tuple[float, ...]] | None = None
+        self._last: Any = None
+
+    def take(self, receive_ns: int, stamp_ns: int, value: float) -> None:
+        """A message that is one number."""
+        self._receives.append(receive_ns)
+        self.stamps.append(stamp_ns)
+        self._rows.append((value,))
+
+    def add(self, receive_ns: int, message: Any) -> None:
+        """A message of ours, of many numbers."""
+        if self._pick is None:
+            self._names, self._pick = _numbers(message)
+        self._receives.append(receive_ns)
+        self.stamps.append(nanoseconds(message.header.stamp))
+        self._rows.append(self._pick(message))
+        self._last = message
+
+    def series(self, start_ns: int) -> Series:
+        """All of it, on the time that begins at `start_ns`."""
+        stamps = np.array(self.stamps, dtype=np.int64)
+        receives = np.array(self._receives, dtype=np.int64)
+        time = (stamps - start_ns) / NANOSECONDS
+        behind = (receives - stamps) / NANOSECONDS
+        time[np.abs(behind - np.median(behind)) > _FAR] = np.nan
+        columns = np.array(self._rows, dtype=float).T.copy()
+        return Series(self.topic, stamps, receives, time, dict(zip(self._names, columns, strict=True)), self._last)
+
+
+def first_stamp(stamps: list[int]) -> int:
+    """The earliest stamp [ns] that is not far from all others."""
+    array = np.array(stamps, dtype=np.int64)
+    low, high = np.quantile(array, [0.02, 0.98])
+    room = _FAR * NANOSECONDS + (high - low)
+    return int(array[(array >= low - room) & (array <= high + room)].min())
+
+
+def _numbers(message: Any) -> tuple[list[str], Callable[[Any], tuple[float, ...]]]:
+    """Names of a message's scalars and, numbered from 1, of its pairs; and how to get them quickly."""
+    values = {item.name: getattr(message, item.name) for item in fields(message)}
+    scalars = [name for name, value in values.items() if isinstance(value, bool | int | float)]
+    pairs = [name for name, value in values.items() if isinstance(value, np.ndarray) and value.shape == (2,)]
+    get = attrgetter(*scalars)
+
+    def pick(message: Any) -> tuple[float, ...]:
+        numbers = get(message)
+        for name in pairs:
+            numbers += tuple(getattr(message, name))
+        return numbers
+
+    return scalars + [f"{name}_{i}" for name in pairs for i in (1, 2)], pick

@@ -1,0 +1,187 @@
+"""What a report needs of a bag."""
+
+import re
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from vsa_bringup.report_columns import Gatherer, Series, first_stamp
+from vsa_common.bags import BagError, Topic, read, read_raw, topics
+from vsa_common.stamps import NANOSECONDS, nanoseconds
+from vsa_estimator.recordings import decode_joint_state, decode_wrench, is_complete
+
+WRENCH, JOINT_STATE = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
+IMPEDANCE, STATE = "vsa_msgs/msg/TransmissionImpedance", "vsa_msgs/msg/EstimatorState"
+JOINT, COUNTERS = "vsa_msgs/msg/JointImpedance", "vsa_msgs/msg/CaptureCounters"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+
+_SIDE = re.compile(r"(?P<space>.*)/(?P<side>transmission_\w+)/(?P<leaf>force|encoder|impedance|estimator_state)")
+_JOINT = re.compile(r"(?P<space>.*)/(?P<leaf>joint_impedance|joint_states|external_torque)")
+_TYPES = {
+    "force": WRENCH, "encoder": JOINT_STATE, "impedance": IMPEDANCE, "estimator_state": STATE,
+    "joint_impedance": JOINT, "joint_states": JOINT_STATE, "external_torque": WRENCH,
+}  # fmt: skip
+_SINGLE = {"force": "force", "encoder": "position", "joint_states": "position", "external_torque": "torque"}
+
+
+@dataclass(frozen=True)
+class Side:
+    """One transmission; None for what was not recorded."""
+
+    name: str
+    force: Series | None = None
+    encoder: Series | None = None
+    impedance: Series | None = None
+    state: Series | None = None
+    counters: dict[int, int] = field(default_factory=dict)  # stamp [ns] of a sample -> its counter
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint, by its namespace."""
+
+    name: str
+    sides: list[Side]
+    impedance: Series | None = None
+    angle: Series | None = None
+    torque: Series | None = None
+
+
+@dataclass(frozen=True)
+class Complaint:
+    """Something that a node said of itself on /diagnostics."""
+
+    node: str
+    level: int  # 1 warning, 2 error, 3 stale
+    text: str
+    first: float  # when it was first said [s]
+    count: int
+
+
+@dataclass(frozen=True)
+class Run:
+    """A whole recording."""
+
+    path: Path
+    start_ns: int
+    duration: float  # [s]
+    topics: dict[str, Topic]
+    joints: list[Joint]
+    complaints: list[Complaint]
+    complete: bool  # False for a bag that was cut off
+
+
+def read_run(path: Path) -> Run:
+    """The readable part of a bag. Raises BagError with one line where it holds nothing of the suite's."""
+    found = topics(path)
+    ours = {name: match for name, topic in found.items() if (match := _match(topic))}
+    if not ours:
+        held = ", ".join(f"{topic.name} ({topic.type_name})" for topic in found.values()) or "no topic at all"
+        raise BagError(
+            f"{path}: none of the suite's topics, expected .../transmission_N/impedance or such; found {held}"
+        )
+    gathered = {name: Gatherer(found[name], _SINGLE.get(match["leaf"], "")) for name, match in ours.items()}
+    try:
+        _gather_numbers(path, {name: match["leaf"] for name, match in ours.items()}, gathered)
+    except struct.error as error:
+        raise BagError(f"{path}: a message ends too early: {error}") from error
+    counters, complaints = _gather_messages(path, found, gathered)
+    samples = [one for one in gathered.values() if one.stamps]
+    if not samples:
+        raise BagError(f"{path}: the suite's topics are there, but not one message")
+    start_ns = min(first_stamp(one.stamps) for one in samples)
+    series = {one.topic.name: one.series(start_ns) for one in samples}
+    return Run(
+        path=path,
+        start_ns=start_ns,
+        duration=max(float(np.nanmax(one.time, initial=0.0)) for one in series.values()),
+        topics=found,
+        joints=_joints(series, ours, counters),
+        complaints=complaints,
+        complete=is_complete(path),
+    )
+
+
+def _match(topic: Topic) -> re.Match[str] | None:
+    """How a topic's name says what it is, if its type agrees."""
+    match = _SIDE.fullmatch(topic.name) or _JOINT.fullmatch(topic.name)
+    return match if match and _TYPES[match["leaf"]] == topic.type_name else None
+
+
+def _gather_numbers(path: Path, leaves: Mapping[str, str], gathered: dict[str, Gatherer]) -> None:
+    """The sensors' topics, most of the messages of a bag, by fast decoders."""
+    decoders: dict[str, Callable[[bytes], tuple[int, float]]] = {
+        "force": decode_wrench, "encoder": decode_joint_state, "joint_states": decode_joint_state,
+    }  # fmt: skip
+    wanted = {name: decoders[leaf] for name, leaf in leaves.items() if leaf in decoders}
+    for name, receive_ns, data in read_raw(path, wanted):
+        gathered[name].take(receive_ns, *wanted[name](data))
+
+
+def _gather_messages(
+    path: Path, found: dict[str, Topic], gathered: dict[str, Gatherer]
+) -> tuple[dict[str, dict[str, dict[int, int]]], list[Complaint]]:
+    """Everything else: our messages, counters by namespace and transmission, and what was said on /diagnostics."""
+    ours = [one.topic.name for one in gathered.values() if one.topic.type_name.startswith("vsa_msgs/")]
+    torques = [one.topic.name for one in gathered.values() if one.topic.name.endswith("/external_torque")]
+    others = [topic.name for topic in found.values() if topic.type_name in (COUNTERS, DIAGNOSTICS)]
+    counters: dict[str, dict[str, dict[int, int]]] = {}
+    said: dict[tuple[str, int, str], tuple[int, int]] = {}
+    start_ns = 0
+    for name, receive_ns, message in read(path, ours + torques + others):
+        start_ns = start_ns or receive_ns
+        if found[name].type_name == COUNTERS:
+            space, _, side = name.removesuffix("/capture_counters").rpartition("/")
+            batch = zip(message.stamp, message.counter, strict=False)
+            counters.setdefault(space, {}).setdefault(side, {}).update((nanoseconds(s), int(c)) for s, c in batch)
+        elif found[name].type_name == DIAGNOSTICS:
+            for status in message.status:
+                key = (status.name, int(status.level), status.message)
+                first, count = said.get(key, (receive_ns, 0))
+                said[key] = (first, count + 1)
+        elif name in torques:
+            gathered[name].take(receive_ns, nanoseconds(message.header.stamp), message.wrench.torque.z)
+        else:
+            gathered[name].add(receive_ns, message)
+    complaints = [
+        Complaint(*key, max(0.0, (first - start_ns) / NANOSECONDS), count)
+        for key, (first, count) in sorted(said.items(), key=lambda one: one[1])
+        if key[1]
+    ]
+    return counters, complaints
+
+
+def _joints(series: dict[str, Series], matches: Mapping[str, Any], counters: Mapping[str, Any]) -> list[Joint]:
+    """Each namespace a joint."""
+    sides: dict[str, dict[str, dict[str, Series]]] = {}
+    whole: dict[str, dict[str, Series]] = {}
+    for name, one in series.items():
+        match = matches[name].groupdict()
+        if "side" in match:
+            sides.setdefault(match["space"], {}).setdefault(match["side"], {})[match["leaf"]] = one
+        else:
+            whole.setdefault(match["space"], {})[match["leaf"]] = one
+    return [
+        Joint(
+            space or "/",
+            [_side(name, parts, counters.get(space, {})) for name, parts in sorted(sides.get(space, {}).items())],
+            whole.get(space, {}).get("joint_impedance"),
+            whole.get(space, {}).get("joint_states"),
+            whole.get(space, {}).get("external_torque"),
+        )
+        for space in sorted(sides.keys() | whole.keys())
+    ]
+
+
+def _side(name: str, parts: dict[str, Series], counters: dict[str, dict[int, int]]) -> Side:
+    return Side(
+        name,
+        force=parts.get("force"),
+        encoder=parts.get("encoder"),
+        impedance=parts.get("impedance"),
+        state=parts.get("estimator_state"),
+        counters=counters.get(name, {}),
+    )
