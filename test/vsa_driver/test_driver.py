@@ -16,7 +16,6 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
-
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds
 from vsa_driver.bus import BusConfig, open_bus

@@ -4,7 +4,7 @@ import pytest
 from vsa_common.configuration import ConfigurationError
 from vsa_driver.frames import RIG_DBC
 from vsa_driver.mapping import load_frames, sources
-from vsa_driver.router import CommandFrames, Router
+from vsa_driver.router import Router
 from vsa_driver.settings import DriverSettings, MotorSettings, TransmissionSettings
 
 RIG = "package://vsa_driver/config/vsa_rig.dbc"
@@ -12,9 +12,7 @@ RIG = "package://vsa_driver/config/vsa_rig.dbc"
 
 def complaint(settings):
     def set_up():
-        frames = load_frames(settings.dbc)
-        Router(frames, settings)
-        CommandFrames(frames, settings.motors)
+        Router(load_frames(settings.dbc), settings)
 
     with pytest.raises(ConfigurationError) as caught:
         set_up()
@@ -82,7 +80,11 @@ def test_a_dbc_that_is_not_there_or_is_none_is_named(tmp_path):
 
 @pytest.mark.parametrize(
     "signals",
-    [("MotorCommand.Position1", "MotorState.Position2"), ("MotorCommand.Position1",), ("MotorCommand.Nothing", "x.y")],
+    [
+        ("MotorCommand.Position1", "MotorState.Position2"),
+        ("MotorCommand.Nothing", "x.y"),
+        ("Joint.Angle", "Joint.ExternalTorque"),
+    ],
 )
 def test_commands_that_no_single_message_carries_are_refused(signals):
     assert "motors.command" in complaint(replace(DriverSettings(), motors=MotorSettings(command_signals=signals)))
@@ -99,3 +101,8 @@ def test_limits_the_wrong_way_round_are_refused():
         TransmissionSettings(deflection_min=0.02, deflection_max=0.01)
     with pytest.raises(ConfigurationError, match="position_min"):
         MotorSettings(position_min=1.0, position_max=1.0)
+
+
+def test_one_motor_of_two_is_refused():
+    with pytest.raises(ConfigurationError, match="command_signals"):
+        MotorSettings(command_signals=("MotorCommand.Position1",))

@@ -14,7 +14,7 @@ from vsa_driver.frames import FrameError
 from vsa_driver.link import BusLink
 from vsa_driver.mapping import load_frames
 from vsa_driver.motor import CommandRefused, MotorGate, MotorLimits
-from vsa_driver.router import CommandFrames, Router
+from vsa_driver.router import Router
 from vsa_driver.settings import DriverSettings
 from vsa_driver.stamps import CaptureClock
 from vsa_driver.topics import RigTopics, TransmissionTopics
@@ -34,10 +34,8 @@ class DriverNode(SuiteNode[DriverSettings]):
 
     def start(self) -> None:
         config, motors = self.config, self.config.motors
-        frames = load_frames(config.dbc)
-        self._router = Router(frames, config)
-        self._encoder = CommandFrames(frames, motors) if any(motors.command_signals) else None
-        self._motors = [f"motor_{i}" for i in range(1, len(motors.command_signals) + 1)]
+        self._router = Router(load_frames(config.dbc), config)
+        self._motors = motors.names
         limits = MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
         self._gate = MotorGate(limits, len(self._motors))
         self._stamping = CaptureClock()
@@ -143,11 +141,12 @@ class DriverNode(SuiteNode[DriverSettings]):
 
     def _send_command(self) -> None:
         positions = self._gate.step(time.monotonic())
-        if positions is None or self._encoder is None:
+        commands = self._router.commands
+        if positions is None or commands is None:
             return
         try:
-            message = self._encoder.source.message
-            self._link.send(message.id, self._encoder.encode(positions), message.extended, message.fd)
+            message = commands.source.message
+            self._link.send(message.id, commands.encode(positions), message.extended, message.fd)
         except (BusError, FrameError) as error:
             self._gate.disarm(str(error))
             self.get_logger().error(f"command not sent, motors disarmed: {error}", throttle_duration_sec=LOG_EVERY_S)
@@ -156,7 +155,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         try:
             if not request.data:
                 self._gate.disarm("disarmed by the service")
-            elif self._encoder is None or not self._link.up:
+            elif self._router.commands is None or not self._link.up:
                 raise CommandRefused(self._link.reason or "no command signals are mapped")
             else:
                 self._gate.arm(time.monotonic())

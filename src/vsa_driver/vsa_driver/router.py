@@ -29,19 +29,21 @@ class Router:
         self.joint = [JointCapture(source, settings.joint) for source in _joint_sources(frames, settings)]
         motors = _motor_sources(frames, settings.motors)
         self.motors = MotorCapture(motors, settings.motors) if motors else None
+        self.commands = CommandFrames(frames, settings.motors) if any(settings.motors.command_signals) else None
         self._routes: dict[int, list[tuple[Part, int]]] = {}
         for part in self._parts():
             for index, source in enumerate(part.stream.sources):
-                key = source.message.id | (_EXTENDED if source.message.extended else 0)
-                self._routes.setdefault(key, []).append((part, index))
+                self._routes.setdefault(_key(source.message.id, source.message.extended), []).append((part, index))
+        if self.commands is not None:  # a multicast socket hears what it sends itself
+            message = self.commands.source.message
+            self._routes.setdefault(_key(message.id, message.extended), [])
 
     def add(self, frame: Frame, stamp_ns: int) -> list[Captured]:
         """The samples that `frame`, captured at `stamp_ns`, completes."""
         if frame.is_error_frame:
             self.error_frames += 1
             return []
-        key = frame.arbitration_id | _EXTENDED if frame.is_extended_id else frame.arbitration_id
-        routes = self._routes.get(key)
+        routes = self._routes.get(_key(frame.arbitration_id, frame.is_extended_id))
         if routes is None:
             self.foreign += 1
             return []
@@ -67,7 +69,8 @@ class CommandFrames:
     """Motor positions to the bytes of the command message, numbered."""
 
     def __init__(self, frames: FrameSet, settings: MotorSettings) -> None:
-        roles = {f"motor_{i}": ("motors.command_signals", name) for i, name in enumerate(settings.command_signals, 1)}
+        signals = zip(settings.names, settings.command_signals, strict=True)
+        roles = {name: ("motors.command_signals", signal) for name, signal in signals}
         found = sources(frames, roles | {COUNTER: ("motors.command_counter_signal", settings.command_counter_signal)})
         if len(found) != 1:
             given = list(settings.command_signals)
@@ -77,7 +80,7 @@ class CommandFrames:
         self._number = 0
         self._modulus = 1 << self.source.signal(COUNTER).bits if COUNTER in self.source.roles else 1
         try:
-            self.encode([0.0] * len(settings.command_signals))
+            self.encode([0.0] * len(settings.names))
         except FrameError as error:
             raise ConfigurationError(f"motors.command_signals: {error}") from error
 
@@ -90,6 +93,10 @@ class CommandFrames:
         return data
 
 
+def _key(identifier: int, extended: bool) -> int:
+    return identifier | _EXTENDED if extended else identifier
+
+
 def _joint_sources(frames: FrameSet, settings: DriverSettings) -> tuple[Source, ...]:
     joint = settings.joint
     fields = {"angle": "angle_signal", "torque": "torque_signal", COUNTER: "counter_signal"}
@@ -98,10 +105,10 @@ def _joint_sources(frames: FrameSet, settings: DriverSettings) -> tuple[Source, 
 
 
 def _motor_sources(frames: FrameSet, settings: MotorSettings) -> tuple[Source, ...]:
-    positions = [name for name in settings.position_signals if name]
-    if not positions:
+    if not any(settings.position_signals):
         return ()
-    roles = {f"motor_{i}": ("motors.position_signals", name) for i, name in enumerate(positions, 1)}
+    signals = zip(settings.names, settings.position_signals, strict=True)
+    roles = {name: ("motors.position_signals", signal) for name, signal in signals}
     roles["holding"] = ("motors.holding_signal", settings.holding_signal)
     return sources(frames, roles | {COUNTER: ("motors.counter_signal", settings.counter_signal)})
 

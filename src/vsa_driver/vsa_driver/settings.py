@@ -84,6 +84,15 @@ class MotorSettings:
             raise ConfigurationError(
                 f"position_min = {self.position_min!r} rad: must be below position_max = {self.position_max!r} rad"
             )
+        for name in ("position_signals", "command_signals"):
+            given = [signal for signal in getattr(self, name) if signal]
+            if len(given) not in (0, len(self.names)):
+                raise ConfigurationError(f"{name} = {given!r}: must be {len(self.names)} signals, or none")
+
+    @property
+    def names(self) -> list[str]:
+        """Of the motors, in the order of their signals."""
+        return ["motor_1", "motor_2"]
 
 
 @dataclass(frozen=True)

@@ -1,55 +1,52 @@
-"""Samples to topics. Each message exists once and is filled anew, so that a sample costs little."""
+"""Samples to topics."""
 
 from array import array
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import NANOSECONDS
 from vsa_driver.capture import JointSample, MotorSample, Sample
+from vsa_driver.prepared import Prepared
 from vsa_msgs.msg import CaptureCounters
+
+_MARKS = (1.5e-200, 2.5e-200)  # stand where a prepared message is filled
 
 
 class TransmissionTopics:
     """Force and encoder of one transmission, with one stamp, and which frame each came from."""
 
     def __init__(self, node: Node, name: str) -> None:
-        self._wrench = WrenchStamped()
-        self._encoder = JointState(name=[name], position=[0.0])
-        self._counters = CaptureCounters()
-        for message in (self._wrench, self._encoder, self._counters):
-            message.header.frame_id = name
+        self._wrench = _torsor(name, force=Vector3(x=_MARKS[0]))
+        self._position = _positions(name, [name])
+        self._counters = CaptureCounters(header=Header(frame_id=name))
         self._force = node.create_publisher(WrenchStamped, f"{name}/force", RELIABLE)
-        self._deflection = node.create_publisher(JointState, f"{name}/encoder", RELIABLE)
+        self._encoder = node.create_publisher(JointState, f"{name}/encoder", RELIABLE)
         self._captured = node.create_publisher(CaptureCounters, f"{name}/capture_counters", RELIABLE)
-        self._batch: list[tuple[Time, int]] = []
+        self._batch: list[Sample] = []
 
     @property
     def publishers(self) -> list[Publisher]:
         """To destroy them."""
-        return [self._force, self._deflection, self._captured]
+        return [self._force, self._encoder, self._captured]
 
     def publish(self, sample: Sample) -> None:
         """Send one sample now; its number goes with the next batch."""
-        stamp = _time(sample.stamp_ns)
-        self._wrench.header.stamp = self._encoder.header.stamp = stamp
-        self._wrench.wrench.force.x = sample.force
-        self._encoder.position[0] = sample.deflection
-        self._force.publish(self._wrench)
-        self._deflection.publish(self._encoder)
-        self._batch.append((stamp, sample.number))
+        self._force.publish(self._wrench.fill(sample.stamp_ns, sample.force))
+        self._encoder.publish(self._position.fill(sample.stamp_ns, sample.deflection))
+        self._batch.append(sample)
 
     def flush(self) -> None:
         """Send the numbers collected since the last time."""
         batch, self._batch = self._batch, []
         if batch:
-            stamps, numbers = zip(*batch, strict=True)
-            self._counters.header.stamp = stamps[-1]
-            self._counters.stamp = list(stamps)
-            self._counters.counter = array("Q", numbers)
+            self._counters.stamp = [_time(sample.stamp_ns) for sample in batch]
+            self._counters.counter = array("Q", [sample.number for sample in batch])
+            self._counters.header.stamp = self._counters.stamp[-1]
             self._captured.publish(self._counters)
 
 
@@ -57,10 +54,9 @@ class RigTopics:
     """Angle and torque of the joint, positions of the motors."""
 
     def __init__(self, node: Node, motors: list[str]) -> None:
-        self._angle = JointState(name=["joint"], position=[0.0])
-        self._torque = WrenchStamped()
-        self._torque.header.frame_id = "joint"
-        self._motor = JointState(name=motors, position=[0.0] * len(motors))
+        self._angle = _positions("joint", ["joint"])
+        self._torque = _torsor("joint", torque=Vector3(z=_MARKS[0]))
+        self._motor = _positions("motors", motors)
         self._angles = node.create_publisher(JointState, "joint_states", RELIABLE)
         self._torques = node.create_publisher(WrenchStamped, "external_torque", RELIABLE)
         self._motors = node.create_publisher(JointState, "motor_states", RELIABLE)
@@ -72,21 +68,23 @@ class RigTopics:
 
     def publish_joint(self, sample: JointSample) -> None:
         """Send what is measured of the joint; the torque is about z."""
-        stamp = _time(sample.stamp_ns)
         if sample.angle is not None:
-            self._angle.header.stamp = stamp
-            self._angle.position[0] = sample.angle
-            self._angles.publish(self._angle)
+            self._angles.publish(self._angle.fill(sample.stamp_ns, sample.angle))
         if sample.torque is not None:
-            self._torque.header.stamp = stamp
-            self._torque.wrench.torque.z = sample.torque
-            self._torques.publish(self._torque)
+            self._torques.publish(self._torque.fill(sample.stamp_ns, sample.torque))
 
     def publish_motors(self, sample: MotorSample) -> None:
         """Send the motor positions."""
-        self._motor.header.stamp = _time(sample.stamp_ns)
-        self._motor.position[:] = array("d", sample.positions)
-        self._motors.publish(self._motor)
+        self._motors.publish(self._motor.fill(sample.stamp_ns, *sample.positions))
+
+
+def _positions(frame: str, names: list[str]) -> Prepared:
+    marks = list(_MARKS[: len(names)])
+    return Prepared(JointState(header=Header(frame_id=frame), name=names, position=marks), marks)
+
+
+def _torsor(frame: str, **part: Vector3) -> Prepared:
+    return Prepared(WrenchStamped(header=Header(frame_id=frame), wrench=Wrench(**part)), _MARKS[:1])
 
 
 def _time(stamp_ns: int) -> Time:
