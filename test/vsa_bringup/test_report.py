@@ -159,7 +159,7 @@ def test_the_page_is_whole_and_fetches_nothing(written):
 def test_pdf_and_pictures_lie_beside_the_page(written):
     names = {path.stem for path in (written / "figures").glob("*.png")}
     assert {"fig7_transmission_1", "fig8_transmission_2", "fig9", "fig6", "table1", "joint", "health"} <= names
-    assert (written / "report.pdf").read_bytes().count(b"/Type /Page\n") >= 10
+    assert len(re.findall(rb"/Type /Page\b", (written / "report.pdf").read_bytes())) == 1 + len(names)
 
 
 def test_a_bag_of_sensors_alone_gives_the_figures_it_can(tmp_path):
@@ -207,7 +207,7 @@ def test_an_empty_bag_and_a_missing_one_are_one_line_each(tmp_path, capsys):
 
 def test_a_text_file_is_no_bag(tmp_path):
     (tmp_path / "notes.mcap").write_text("not a recording")
-    with pytest.raises(BagError, match="notes.mcap"):
+    with pytest.raises(BagError, match=r"notes\.mcap"):
         read_run(tmp_path / "notes.mcap")
 
 
