@@ -24,6 +24,9 @@ Config = TypeVar("Config")
 Value = bool | int | float | str | list[float] | list[str]
 
 
+_KINDS = {float: "a number", int: "an integer", bool: "true or false", str: "a text"}
+
+
 class ConfigurationError(ValueError):
     """A parameter is unknown, of the wrong type, or out of range; the text names it."""
 
@@ -66,7 +69,7 @@ class Parameter:
     def _coerce(self, value: Any) -> Any:
         if isinstance(self.default, tuple):
             if isinstance(value, str) or not hasattr(value, "__iter__"):
-                raise self._error(value, f"must be a list of {self.kind.__name__}")
+                raise self._error(value, f"must be a list, each {_KINDS[self.kind]}")
             return tuple(self._scalar(element) for element in value)
         return self._scalar(value)
 
@@ -74,7 +77,7 @@ class Parameter:
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
             return float(value)
         if type(value) is not self.kind:
-            raise self._error(value, f"must be a {self.kind.__name__}")
+            raise self._error(value, f"must be {_KINDS[self.kind]}")
         return value
 
     def _error(self, value: Any, expected: str) -> ConfigurationError:
