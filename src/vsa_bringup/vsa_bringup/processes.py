@@ -116,11 +116,14 @@ class Group:
     def __enter__(self) -> "Group":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        self.close()
+
+    def close(self, last: str = "") -> None:
+        """Stop everything that still runs, `last` after all others."""
         try:
-            self.stop(*self._processes)
+            self.stop(*(name for name in self._processes if name != last))
+            self.stop(*(name for name in self._processes if name == last))
         finally:
             for process in self._processes.values():
                 process.kill()

@@ -1,0 +1,161 @@
+"""A simulated variable-stiffness joint, measured over CAN, estimated, recorded and judged.
+
+Every node runs as a process of its own with one parameter file. The estimators start wrong on purpose; at the end a
+table compares start, estimate and truth.
+"""
+
+import argparse
+import json
+import shutil
+import signal
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from vsa_bringup.isolation import IsolationError, claim_corner
+from vsa_bringup.processes import ProcessError
+from vsa_bringup.scenario import Scenario, ScenarioError, load_scenario, scenario_names
+from vsa_bringup.settings import Layer, base_parameters, write_parameters, wrong_starts
+from vsa_bringup.stage import Part, Stage
+from vsa_common.bags import BagError
+from vsa_common.configuration import ConfigurationError, load
+from vsa_common.tables import TableError
+from vsa_common.terminal import Bar, progress
+from vsa_driver.rig_simulator import SimulatorConfig
+
+RATE_HZ = 500  # two cores lose nothing at it with the recorder on
+DURATION_S = 60.0
+PARTS = (
+    Part("recorder", "vsa_bringup", "record", nice=5),
+    Part("estimator_1", "vsa_estimator", "estimator"),
+    Part("estimator_2", "vsa_estimator", "estimator"),
+    Part("joint", "vsa_joint", "joint"),
+    Part("rig_simulator", "vsa_driver", "rig_simulator"),
+    Part("driver", "vsa_driver", "driver"),
+)
+VIEW = Part("view", "vsa_bringup", "view", nice=10)
+MADE = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
+_EXPECTED = (ProcessError, IsolationError, ScenarioError, ConfigurationError, BagError, TableError, OSError)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Entry point."""
+    options = _parser().parse_args(args)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
+    try:
+        scenario = load_scenario(options.scenario, options)
+        latencies_ns = perform(options, scenario)
+        summary = conclude(options.out, latencies_ns, scenario)
+    except KeyboardInterrupt:
+        print(f"demo: stopped; what was recorded until then is in {options.out / 'bag'}", file=sys.stderr)
+        return 130
+    except _EXPECTED as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return 1
+    lost = sum(side["samples_lost"] for side in summary["transmissions"].values())
+    print(f"{options.out / 'bag'}, summary.json and report.html are there" + f"; {lost} samples were lost" * bool(lost))
+    return 0
+
+
+def perform(options: argparse.Namespace, scenario: Scenario) -> list[int]:
+    """Bring the suite up, let the rig's clock run, take all down; latencies of the joint's messages [ns]."""
+    folder: Path = options.out
+    clear(folder)
+    corner = claim_corner()
+    parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
+    parts = [*PARTS, *scenario.parts(), *([VIEW] if options.view else [])]
+    waiting = [part.name for part in parts if part.name not in ("driver", "view")]
+    with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
+        stage.start(parts, parameters)
+        stage.wait_until_active(*waiting)
+        stage.activate("driver")  # last, so that nothing it says is missed
+        stage.wait_until_connected()
+        stage.request("rig_simulator/start")
+        scenario.begin(stage.node)
+        _watch(stage, options.duration, bar)
+    return stage.latencies_ns
+
+
+def conclude(folder: Path, latencies_ns: Sequence[int], scenario: Scenario) -> dict[str, Any]:
+    """Judge, show and report the run in `folder`; the content of summary.json."""
+    from vsa_bringup.report import write
+    from vsa_bringup.verdict import show, summarise
+
+    with progress(None, "reading the bag"):
+        summary = summarise(folder, latencies_ns)
+    figures = scenario.judge(folder)
+    if figures:
+        summary["scenario"] = figures
+    (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
+    show(summary)
+    with progress(None, "writing the report"):
+        write(folder / "bag", folder)
+    return summary
+
+
+def write_run(folder: Path, options: argparse.Namespace, bus_port: int, changes: Layer) -> Path:
+    """The parameter file of this run."""
+    path = folder / "parameters.yaml"
+    bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={bus_port}"]}
+    run: dict[str, Mapping[str, Any]] = {
+        "rig_simulator": {
+            "rate_hz": options.rate,
+            "seed": options.seed,
+            "duration": options.duration,
+            "truth_file": str(folder.resolve() / "truth.csv"),
+            "autostart_clock": False,
+            "bus": bus,
+        },
+        "driver": {"autostart": False, "bus": bus},
+        "recorder": {"out": str(folder.resolve() / "bag")},
+    }
+    write_parameters(path, base_parameters(), run, changes)
+    rig = load(path, "rig_simulator", SimulatorConfig)
+    write_parameters(path, base_parameters(), run, wrong_starts(rig, options.seed), changes)
+    return path
+
+
+def clear(folder: Path) -> None:
+    """Make `folder`, without what an earlier demo left there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in MADE:
+        path = folder / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def _watch(stage: Stage, duration: float, bar: Bar) -> None:
+    step, done = 0.25, 0.0
+    while done < duration:
+        stage.spin(min(step, duration - done))
+        done += step
+        bar.advance(step, "measuring")
+    bar.advance(0.0, "stopping")
+    stage.spin_until_silent(duration)
+
+
+def _interrupt(*_: object) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):  # once is enough; what follows takes its time
+        signal.signal(number, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="demo", description=__doc__)
+    add = parser.add_argument
+    add("--duration", type=float, default=DURATION_S, metavar="S", help="time of motion (%(default)s s)")
+    add("--rate", type=int, default=RATE_HZ, metavar="HZ", help="samples a second (%(default)s)")
+    add("--out", type=Path, default=Path("vsa_demo"), metavar="DIR", help="folder for what is made (%(default)s)")
+    add("--seed", type=int, default=1, metavar="N", help="of noise and wrong start values (%(default)s)")
+    add("--view", action="store_true", help="show the live page meanwhile")
+    names = ", ".join(scenario_names()) or "none yet"
+    add("--scenario", default="", metavar="NAME", help=f"do something besides: {names}")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

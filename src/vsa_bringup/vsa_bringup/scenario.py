@@ -1,0 +1,56 @@
+"""What a demo does besides: a module `scenario_NAME` of this package with a class `Scenario` derived from this one."""
+
+import argparse
+import importlib
+import pkgutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import vsa_bringup
+from rclpy.node import Node
+from vsa_bringup.stage import Part
+
+_PREFIX = "scenario_"
+
+
+class ScenarioError(ValueError):
+    """There is no such scenario."""
+
+
+class Scenario:
+    """The plain demo: the rig moves by its profile, nothing else happens. Override what shall be otherwise."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self.options = options  # of the demo: duration [s], rate [Hz], seed, out
+
+    def parameters(self) -> Mapping[str, Mapping[str, Any]]:
+        """Parameters by bare node name that are laid over those of the demo, groups nested."""
+        return {}
+
+    def parts(self) -> Sequence[Part]:
+        """Nodes besides those of the demo; they are active before the rig's clock starts."""
+        return ()
+
+    def begin(self, node: Node) -> None:
+        """The rig's clock has just started. `node`, in the suite's namespace, is spun while the demo runs."""
+
+    def judge(self, folder: Path) -> dict[str, Any]:
+        """Figures for summary.json under "scenario"; `folder` holds bag and truth.csv. Tables may be shown here."""
+        return {}
+
+
+def scenario_names() -> list[str]:
+    """Those that there are."""
+    modules = (module.name for module in pkgutil.iter_modules(vsa_bringup.__path__))
+    return sorted(name.removeprefix(_PREFIX) for name in modules if name.startswith(_PREFIX))
+
+
+def load_scenario(name: str, options: argparse.Namespace) -> Scenario:
+    """The scenario `name`, the plain demo for "". Raises ScenarioError where there is none."""
+    if not name:
+        return Scenario(options)
+    if name not in scenario_names():
+        raise ScenarioError(f"no scenario {name!r}; there are: {', '.join(scenario_names()) or 'none'}")
+    module = importlib.import_module(f"{vsa_bringup.__name__}.{_PREFIX}{name}")
+    return module.Scenario(options)

@@ -1,0 +1,72 @@
+"""The parameter file of a demo: the rig's own, with what this run wants otherwise laid over it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from ament_index_python.packages import get_package_share_directory
+from vsa_bringup.start_values import wrong_start
+from vsa_common.configuration import read_parameter_file
+from vsa_driver.rig.config import RigConfig, TransmissionConfig
+
+Tree = dict[str, Any]
+Layer = Mapping[str, Mapping[str, Any]]  # parameters by bare node name
+_PARAMETERS = "ros__parameters"
+
+
+def paper_rig() -> Path:
+    """The installed paper_rig.yaml."""
+    return Path(get_package_share_directory("vsa_bringup"), "config", "paper_rig.yaml")
+
+
+def lay_over(base: Mapping[str, Any], changes: Mapping[str, Any]) -> Tree:
+    """`base` with `changes` laid over it, section by section.
+
+    >>> lay_over({"a": {"x": 1, "y": 2}}, {"a": {"y": 3}, "b": 4})
+    {'a': {'x': 1, 'y': 3}, 'b': 4}
+    """
+    merged = dict(base)
+    for name, value in changes.items():
+        old = merged.get(name)
+        merged[name] = lay_over(old, value) if isinstance(old, Mapping) and isinstance(value, Mapping) else value
+    return merged
+
+
+def base_parameters() -> Layer:
+    """The sections of paper_rig.yaml by bare node name."""
+    return {key.rsplit("/", 1)[-1]: section[_PARAMETERS] for key, section in read_parameter_file(paper_rig()).items()}
+
+
+def write_parameters(path: Path, *layers: Layer) -> None:
+    """Write layers of parameters, the later over the earlier, as one parameter file for nodes in any namespace."""
+    merged: Tree = {}
+    for layer in layers:
+        merged = lay_over(merged, layer)
+    tree = {f"/**/{node}": {_PARAMETERS: values} for node, values in merged.items()}
+    path.write_text(yaml.dump(tree, Dumper=_Plain, sort_keys=False))
+
+
+class _Plain(yaml.SafeDumper):
+    """Says everything in full: the parser of ROS knows no aliases."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def wrong_starts(rig: RigConfig, seed: int) -> dict[str, dict[str, Any]]:
+    """`initial` of both estimators, wrong on purpose; both rods start where their spring forces balance."""
+    first = rig.transmission_1
+    force = first.force_offset + first.k1 * float(np.exp(first.k2 * rig.profile.centre))
+    generator = np.random.default_rng(seed)
+    sides = (first, force), (rig.transmission_2, force + 2.0 * rig.torque.constant / rig.joint.radius)
+    return {
+        f"estimator_{i}": {"initial": wrong_start(coefficients(side), force, generator)}
+        for i, (side, force) in enumerate(sides, 1)
+    }
+
+
+def coefficients(side: TransmissionConfig) -> dict[str, float]:
+    """True coefficients of a simulated transmission; SI."""
+    return {name: getattr(side, name) for name in ("k2", "d1", "d2", "inertia", "force_offset")}

@@ -1,0 +1,160 @@
+"""A whole suite on stage: every node a process of its own, brought up, started together, taken down in order."""
+
+import os
+import struct
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+from vsa_bringup.processes import Group, ProcessError, executable
+from vsa_bringup.topics import suite_topics
+from vsa_common.node import RELIABLE
+from vsa_common.stamps import NANOSECONDS
+from vsa_msgs.msg import JointImpedance
+
+READY_S = 60.0  # for all processes to be active, on a busy machine
+ANSWER_S = 5.0  # for a service to answer
+SETTLE_S = 0.5  # for the last readers and writers to find each other
+SILENCE_S = 0.5  # without a joint message after the end of a run, nothing more will come
+
+
+@dataclass(frozen=True)
+class Part:
+    """One node of the suite."""
+
+    name: str
+    package: str
+    executable: str
+    arguments: tuple[str, ...] = ()
+    nice: int = 0
+
+    def command(self, parameters: Path) -> list[str]:
+        """What to execute."""
+        ros = ["--ros-args", "-r", f"__node:={self.name}", "--params-file", str(parameters)]
+        return [executable(self.package, self.executable), *self.arguments, *ros]
+
+
+class Stage:
+    """The processes of one run and a node of our own among them. Leaving the `with` block ends all of it."""
+
+    def __init__(self, environment: Mapping[str, str], logs: Path, namespace: str = "/vsa") -> None:
+        os.environ.update(environment)
+        self.namespace = namespace
+        self.group = Group(logs, environment)
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.node: Node = rclpy.create_node("stage", namespace=namespace)
+        self._executor = EventsExecutor()
+        self._executor.add_node(self.node)
+        self.latencies_ns: list[int] = []
+        self._heard = time.monotonic()
+        self._stamp_ns = 0
+        self._states: dict[str, Any] = {}
+        self.node.create_subscription(JointImpedance, "joint_impedance", self._on_joint, RELIABLE, raw=True)
+
+    def __enter__(self) -> "Stage":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        try:
+            self.group.close(last="recorder")
+        finally:
+            self.node.destroy_node()
+            rclpy.try_shutdown()
+
+    def start(self, parts: Sequence[Part], parameters: Path) -> None:
+        """Start the processes; they come up side by side."""
+        for part in parts:
+            self.group.start(part.name, part.command(parameters), part.nice)
+
+    def wait_until_active(self, *names: str) -> None:
+        """Return when these nodes are active. Raises ProcessError for one that dies or takes too long."""
+        self._until(lambda: not self._inactive(names), lambda: ", ".join(self._inactive(names)) + " not active")
+
+    def activate(self, name: str) -> None:
+        """Configure and activate a node that waits for it (`autostart` false)."""
+        client = self.node.create_client(ChangeState, f"{name}/change_state")
+        self._until(client.service_is_ready, lambda: f"{name} does not answer")
+        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+            answer = self._call(client, ChangeState.Request(transition=Transition(id=transition)), name)
+            if not answer.success:
+                raise ProcessError(f"{name} could not be started:\n{self.group[name].tail()}")
+        self.node.destroy_client(client)
+
+    def wait_until_connected(self) -> None:
+        """Return when every topic that one of the nodes writes has its readers, the recorder among them."""
+
+        def lonely() -> list[str]:
+            written = [topic for topic in suite_topics(self.namespace) if self.node.count_publishers(topic)]
+            required = {f"{self.namespace}/joint_impedance", f"{self.namespace}/transmission_1/force"}
+            return [topic for topic in required.union(written) if not self._is_connected(topic, written)]
+
+        self._until(lambda: not lonely(), lambda: f"nobody reads or writes {', '.join(lonely())}")
+        self.spin(SETTLE_S)
+
+    def request(self, service: str) -> None:
+        """Call a Trigger service, `rig_simulator/start`. Raises ProcessError where it fails."""
+        client = self.node.create_client(Trigger, service)
+        self._until(client.service_is_ready, lambda: f"no service {service}")
+        answer = self._call(client, Trigger.Request(), service)
+        if not answer.success:
+            raise ProcessError(f"{service}: {answer.message}")
+        self.node.destroy_client(client)
+
+    def spin(self, seconds: float) -> None:
+        """Let our own node work. Raises ProcessError if a process died."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+        self.group.check()
+
+    def spin_until_silent(self, limit: float) -> None:
+        """Return when no joint message has come for a while, or after `limit` [s]."""
+        end = time.monotonic() + limit
+        self._heard = time.monotonic()
+        while time.monotonic() < min(self._heard + SILENCE_S, end):
+            self._executor.spin_once(timeout_sec=SILENCE_S)
+
+    def _on_joint(self, data: bytes) -> None:
+        # the header's stamp, right behind the four bytes of the encapsulation
+        seconds, nanoseconds = struct.unpack_from("<iI", data, 4)
+        stamp_ns = seconds * NANOSECONDS + nanoseconds
+        if stamp_ns > self._stamp_ns:  # otherwise it only says that the sensors are silent
+            self.latencies_ns.append(time.time_ns() - stamp_ns)
+            self._stamp_ns = stamp_ns
+            self._heard = time.monotonic()
+
+    def _is_connected(self, topic: str, written: Sequence[str]) -> bool:
+        return topic in written and self.node.count_subscribers(topic) > 0
+
+    def _inactive(self, names: Sequence[str]) -> list[str]:
+        return [name for name in names if not self._is_active(name)]
+
+    def _is_active(self, name: str) -> bool:
+        if name not in self._states:
+            self._states[name] = self.node.create_client(GetState, f"{name}/get_state")
+        if not self._states[name].service_is_ready():
+            return False
+        answer = self._call(self._states[name], GetState.Request(), name, READY_S)
+        return bool(answer.current_state.id == State.PRIMARY_STATE_ACTIVE)
+
+    def _call(self, client: Any, request: Any, name: str, limit: float = ANSWER_S) -> Any:
+        future = client.call_async(request)
+        self._until(future.done, lambda: f"{name} does not answer", limit)
+        return future.result()
+
+    def _until(self, condition: Callable[[], bool], complaint: Callable[[], str], limit: float = READY_S) -> None:
+        end = time.monotonic() + limit
+        while not condition():
+            if time.monotonic() > end:
+                raise ProcessError(f"after {limit:.0f} s: {complaint()}")
+            self.spin(0.02)

@@ -1,0 +1,99 @@
+"""From what a demo left behind, bag and truth, to the content of summary.json and the table on the terminal."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from vsa_bringup.recorded import Recorded
+from vsa_bringup.settings import coefficients
+from vsa_bringup.summary import Z95, Geometry, joint_summary, latency_summary, transmission_summary
+from vsa_bringup.topics import TRANSMISSIONS
+from vsa_common.configuration import flatten, load
+from vsa_common.tables import read_columns
+from vsa_common.terminal import show_table
+from vsa_driver.rig.config import TransmissionConfig
+from vsa_driver.rig_simulator import SimulatorConfig
+from vsa_estimator.settings import NodeConfig
+
+TRUTH = tuple(f"{name}_{side}" for side in (1, 2) for name in ("stiffness", "damping"))
+PAPER_UNITS = {"k2": (1e-3, "1/mm"), "d2": (1e-9, "N s^3/mm^3"), "inertia": (1.0, "kg")}
+
+
+def summarise(folder: Path, latencies_ns: Sequence[int]) -> dict[str, Any]:
+    """The content of summary.json for the run whose bag, truth.csv and parameters.yaml are in `folder`.
+
+    Raises BagError, TableError or ConfigurationError where one of them cannot be read.
+    """
+    parameters = folder / "parameters.yaml"
+    rig = load(parameters, "rig_simulator", SimulatorConfig)
+    truth = read_columns(folder / "truth.csv", TRUTH)
+    recorded = Recorded(folder / "bag")
+    transmissions = {}
+    for i, (side, true) in enumerate(zip(TRANSMISSIONS, (rig.transmission_1, rig.transmission_2), strict=True), 1):
+        start = flatten(load(parameters, f"estimator_{i}", NodeConfig).initial)
+        run = recorded.transmission(side, start, coefficients(true))
+        transmissions[side] = transmission_summary(run, truth, i, rig.rate_hz)
+    return {
+        "rate_hz": rig.rate_hz,
+        "duration_s": len(truth["stiffness_1"]) / rig.rate_hz,
+        "transmissions": transmissions,
+        "joint": joint_summary(recorded.joint(), truth, _geometry(rig)),
+        "latency_ms": latency_summary(np.array(latencies_ns, dtype=np.int64)),
+    }
+
+
+def _geometry(rig: SimulatorConfig) -> Geometry:
+    sides: tuple[TransmissionConfig, TransmissionConfig] = (rig.transmission_1, rig.transmission_2)
+    return Geometry(rig.joint.radius, (sides[0].tendon_stiffness, sides[1].tendon_stiffness), rig.joint.damping)
+
+
+def show(summary: Mapping[str, Any]) -> None:
+    """Print the table of coefficients, in the paper's units, and what came of it."""
+    rows = [
+        row
+        for side, figures in summary["transmissions"].items()
+        for row in (_coefficient_row(side, name, figures[name]) for name in PAPER_UNITS)
+    ]
+    columns = ("", "coefficient", "start", "estimate (95 %)", "truth", "error")
+    show_table("Coefficients at the end, as in Table I of the paper", columns, rows, texts=2)
+    quality = [_quality_row(side, figures) for side, figures in summary["transmissions"].items()]
+    quality.append(_quality_row("joint", summary["joint"]))
+    heads = ("", "stiffness error", "covered", "damping error", "covered", "lost / sent", "converged after")
+    latency = summary["latency_ms"]
+    note = (
+        "errors: rms of the last 30 % of the run over rms of the truth. From CAN frame to joint message at a "
+        f"subscriber: median {_number(latency['p50'])} ms, 99 % within {_number(latency['p99'])} ms, "
+        f"longest {_number(latency['max'])} ms"
+    )
+    show_table("Stiffness and damping against the truth", heads, quality, note)
+
+
+def _coefficient_row(side: str, name: str, figures: Mapping[str, Any]) -> list[str]:
+    scale, unit = PAPER_UNITS[name]
+    start, estimate, std, truth = (figures[key] * scale for key in ("start", "estimate", "std", "truth"))
+    known = figures.get("valid", True)
+    error = f"{100.0 * (estimate / truth - 1.0):+.2f} %" if known else "not observable here"
+    return [side, f"{name}, {unit}", f"{start:.4g}", f"{estimate:.5g} ± {Z95 * std:.2g}", f"{truth:.5g}", error]
+
+
+def _quality_row(name: str, figures: Mapping[str, Any]) -> list[str]:
+    lost = f"{figures['samples_lost']} / {figures['samples_sent']}" if "samples_lost" in figures else ""
+    after = f"{_number(figures['converged_after_s'])} s" if "converged_after_s" in figures else ""
+    return [
+        name,
+        _percent(figures["stiffness_nrmse"]),
+        _percent(figures["stiffness_coverage95"], 0),
+        _percent(figures["damping_nrmse"]),
+        _percent(figures["damping_coverage95"], 0) if "damping_coverage95" in figures else "",
+        lost,
+        after,
+    ]
+
+
+def _percent(share: float | None, digits: int = 2) -> str:
+    return "-" if share is None else f"{100.0 * share:.{digits}f} %"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1f}"
