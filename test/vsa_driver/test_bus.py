@@ -36,6 +36,17 @@ def test_another_group_on_the_same_port_is_not_heard():
         assert other.receive(0.0) is None
 
 
+def test_ignored_identifiers_stay_in_the_kernel_and_all_others_arrive():
+    with open_bus(MULTICAST) as sender, open_bus(MULTICAST) as receiver:
+        receiver.ignore((0x101, 0x102, 0x720))
+        for identifier in (0x101, 0x100, 0x102, 0x720, 0x20, 0x200, 0x7FF):
+            sender.send(identifier, b"\x01")
+        sender.send(0x18FF0102, b"\x01", extended=True)
+        heard = [receiver.receive(1.0).arbitration_id for _ in range(5)]
+        assert receiver.receive(0.0) is None
+    assert heard == [0x100, 0x20, 0x200, 0x7FF, 0x18FF0102]
+
+
 def test_a_datagram_that_is_no_frame_is_told_from_a_failing_bus():
     with open_bus(MULTICAST) as receiver, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, struct.pack("@I", 0))

@@ -44,7 +44,7 @@ def test_sensor_noise_has_the_configured_standard_deviation():
     config = RigConfig()
     samples = Rig(config).advance(20000)
     force = samples.readings.forces[:, 1] - column(samples.truth, "force_2")
-    counts = samples.readings.counts[:, 0] - 1000
+    counts = samples.readings.counts[:, 0]
     deflection = counts * 1e-5 - column(samples.truth, "deflection_1")
     angle = samples.readings.angle - column(samples.truth, "angle")
     torque = samples.readings.torque - column(samples.truth, "external_torque")

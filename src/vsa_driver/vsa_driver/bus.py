@@ -10,15 +10,21 @@ import inspect
 import logging
 import os
 import socket
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import can
+from can.interfaces.udp_multicast import UdpMulticastBus
+from can.interfaces.udp_multicast.utils import pack_message
 from vsa_common.configuration import quantity, words
+from vsa_driver.socket_filter import drop_datagrams
 
 Frame = can.Message
 
 logging.getLogger("can").setLevel(logging.ERROR)  # a bus that did not open would warn once more when it is collected
+
+_ID_FIELD = b"arbitration_id\xcd"  # as msgpack writes it before an identifier of two bytes
 
 IP_MULTICAST_ALL = 49  # <linux/in.h>; the socket module has no name for it
 
@@ -67,6 +73,17 @@ class Bus:
             if isinstance(error, can.CanError) and not isinstance(error.__cause__, OSError | None):
                 raise MalformedFrame(f"{self.name}: {_reason(error)}") from error
             raise BusError(f"{self.name}: {_reason(error)}") from error
+
+    def ignore(self, arbitration_ids: Iterable[int]) -> None:
+        """Let the kernel drop standard frames of these identifiers where it can; elsewhere they still arrive.
+
+        A multicast socket hears what it sends itself.
+        """
+        if isinstance(self._bus, UdpMulticastBus):
+            head, found, _ = pack_message(can.Message(arbitration_id=0x7FF, is_extended_id=False)).partition(_ID_FIELD)
+            if found:
+                with contextlib.suppress(OSError):
+                    drop_datagrams(self.fileno(), len(head + found) - 1, _ID_FIELD[-1], tuple(arbitration_ids))
 
     def fileno(self) -> int:
         """File descriptor to wait on, -1 where the interface has none."""

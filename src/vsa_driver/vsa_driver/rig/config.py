@@ -85,7 +85,7 @@ class SensorConfig:
     force_range: float = quantity(200.0, "N", 1.0, 800.0, "force at which the sensors saturate")
     deflection_noise_std: float = quantity(1e-5, "m", 0.0, 1e-2, "white noise of the encoders")
     deflection_resolution: float = quantity(1e-5, "m", 1e-9, 1e-3, "deflection of one encoder count")
-    encoder_start: int = quantity(1000, "count", 0, 65535, "encoder count at zero deflection; 65500 wraps early")
+    encoder_start: int = quantity(0, "count", 0, 65535, "encoder count at zero deflection; 64500 wraps at 10 mm")
     angle_noise_std: float = quantity(1e-4, "rad", 0.0, 1.0, "white noise of the joint angle")
     torque_noise_std: float = quantity(1e-3, "N m", 0.0, 10.0, "white noise of the external torque")
 

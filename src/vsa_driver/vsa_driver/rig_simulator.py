@@ -1,0 +1,119 @@
+"""Node: the simulated rig on a real CAN bus, beside the driver as another process would be."""
+
+import gc
+import sys
+import time
+from dataclasses import dataclass
+
+from std_srvs.srv import Trigger
+from vsa_common.configuration import ConfigurationError, flag, group, quantity, words
+from vsa_common.node import OK, STEADY, WARN, Health, SuiteNode, run
+from vsa_driver.bus import BusConfig, open_bus
+from vsa_driver.frames import FrameError
+from vsa_driver.mapping import load_frames
+from vsa_driver.rig.config import RigConfig
+from vsa_driver.rig.rig import Rig
+from vsa_driver.rig_frames import RigFrames
+from vsa_driver.rig_loop import RigLoop
+from vsa_driver.rig_truth import TruthFile
+
+
+@dataclass(frozen=True)
+class SimulatorConfig(RigConfig):
+    """The rig, its bus, its clock and where its truth goes."""
+
+    bus: BusConfig = group(BusConfig)
+    dbc: str = words("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
+    slow_frames_every: int = quantity(5, "sample", 1, 1000, "joint and motor state are sent once in so many samples")
+    duration: float = quantity(0.0, "s", 0.0, 1e9, "time after which the rig stands still; 0: never")
+    truth_file: str = words("", "CSV file for the truth of every sample; empty: none")
+    autostart_clock: bool = flag(True, "let the rig's clock run at once; else the service ~/start does")
+
+
+class RigSimulatorNode(SuiteNode[SimulatorConfig]):
+    """Run the rig in real time and speak CAN."""
+
+    def __init__(self) -> None:
+        super().__init__("rig_simulator", SimulatorConfig)
+
+    def start(self) -> None:
+        config = self.config
+        try:
+            frames = RigFrames(load_frames(config.dbc))
+        except FrameError as error:
+            raise ConfigurationError(f"dbc = {config.dbc!r}: {error}") from error
+        begin = time.monotonic()
+        Rig(config).advance(1)  # compiles, or loads what was compiled before
+        samples = round(config.duration * config.rate_hz) if config.duration else None
+        bus = open_bus(config.bus)
+        try:
+            truth = TruthFile(config.truth_file) if config.truth_file else None
+        except OSError:
+            bus.close()
+            raise
+        bus.ignore(frames.sent_ids)
+        gc.freeze()
+        self._loop = RigLoop(Rig(config), bus, frames, config.slow_frames_every, samples, truth)
+        self._loop.open()
+        self._told = False
+        self._seen_overruns = self._seen_failures = 0
+        self._own_services = [
+            self.create_service(Trigger, "~/start", self._on_start),
+            self.create_service(Trigger, "~/stop", self._on_stop),
+        ]
+        self._timer = self.create_timer(0.1, self._tell_when_done, clock=STEADY)
+        self.get_logger().info(f"rig ready at {config.rate_hz} Hz after {time.monotonic() - begin:.1f} s on {bus.name}")
+        if config.autostart_clock:
+            self._loop.start_clock()
+
+    def stop(self) -> None:
+        self._loop.close()
+        self.destroy_timer(self._timer)
+        for service in self._own_services:
+            self.destroy_service(service)
+
+    def health(self) -> Health:
+        if not self.active:
+            return super().health()
+        loop = self._loop
+        state = "done" if loop.done else "running" if loop.running else "clock stopped"
+        values: dict[str, object] = {
+            "samples": loop.sent,
+            "overruns": loop.overruns,
+            "send_failures": loop.send_failures,
+            "commands": loop.commands,
+            "bad_frames": loop.bad_frames,
+            "motors": "holding" if loop.holding else "moving",
+        }
+        late, failed = loop.overruns - self._seen_overruns, loop.send_failures - self._seen_failures
+        self._seen_overruns, self._seen_failures = loop.overruns, loop.send_failures
+        if failed:
+            return WARN, f"{failed} frames not sent in the last second: {loop.reason}", values
+        if late:
+            return WARN, f"{late} samples late in the last second", values
+        return OK, state, values
+
+    def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._loop.start_clock()
+        response.success, response.message = True, f"clock runs from sample {self._loop.sent}"
+        return response
+
+    def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._loop.stop_clock()
+        response.success, response.message = True, f"clock stopped at sample {self._loop.sent}"
+        return response
+
+    def _tell_when_done(self) -> None:
+        if self._loop.done and not self._told:
+            self._told = True
+            late, failed = self._loop.overruns, self._loop.send_failures
+            self.get_logger().info(f"done: {self._loop.sent} samples, {late} late, {failed} frames not sent")
+
+
+def main() -> int:
+    """Entry point."""
+    return run(RigSimulatorNode)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
