@@ -83,6 +83,7 @@ def from_response(frequency: Array, response: NDArray[np.complex128], joint: Joi
     columns = np.stack([np.ones_like(s), s, s**2], axis=1) * weight[:, None]
     rows = np.concatenate([columns.real, columns.imag])
     values, covariance, residual = _least_squares(rows, np.concatenate([(behind * weight).real, (behind * weight).imag]), 1)
+    covariance = covariance + np.diag((LUMPING_ERROR * values) ** 2)
     return _in_front(values, covariance, joint, 0.0, residual, len(rows))
 
 

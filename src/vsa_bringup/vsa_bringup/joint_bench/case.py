@@ -13,6 +13,8 @@ from vsa_joint.reflection import Impedance, Joint, Route, Sides
 
 RATE_HZ, EXACT_RATE_HZ = 200, 1000  # the second where lines up to 20 Hz must not pass for noise
 SMALL_TORQUE = 0.02  # N m rms, without friction
+FILTER_RATE_HZ, EXACT_FILTER_RATE_HZ = 100.0, 500.0
+EXACT_FORCE, EXACT_DEFLECTION = 1e-3, 1e-7  # N, m, noise that an estimator of exact sensors is told
 TORQUE_FADE_IN = 40.0  # s, while the motors move for the estimators
 JUDGED_FREQUENCY = 0.65  # Hz, up to which stiffness and damping are compared
 
@@ -114,7 +116,12 @@ def estimator_config(coefficients: TransmissionConfig, rig: RigConfig, side: int
     return build(
         EstimatorConfig,
         {f"initial.{name}": float(value) for name, value in start.items()}
-        | {"deflection_resolution": rig.sensors.deflection_resolution},
+        | {
+            "filter_rate": EXACT_FILTER_RATE_HZ if rig.rate_hz == EXACT_RATE_HZ else FILTER_RATE_HZ,
+            "deflection_resolution": rig.sensors.deflection_resolution,
+            "force_noise_std": max(rig.sensors.force_noise_std, EXACT_FORCE),
+            "deflection_noise_std": max(rig.sensors.deflection_noise_std, EXACT_DEFLECTION),
+        },
     )
 
 

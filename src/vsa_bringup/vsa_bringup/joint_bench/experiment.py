@@ -9,9 +9,10 @@ from vsa_driver.rig.config import RigConfig
 from vsa_driver.rig.dynamics import TRUTH
 from vsa_driver.rig.rig import Rig
 from vsa_estimator.estimator import Estimator
+from vsa_estimator.values import Estimate
 from vsa_joint.excitation import PERIOD
 from vsa_joint.fusion import JointEstimate, JointFusion, Side
-from vsa_joint.identification import Identified, Period, average, from_motion, from_response, line_response
+from vsa_joint.identification import Identified, average, from_motion, from_response, line_response
 from vsa_joint.propagation import Rod
 from vsa_joint.reflection import Impedance, Sides, consistent, paper, response, valid_frequency
 
@@ -30,8 +31,22 @@ Array = NDArray[np.float64]
 
 LEARNING, SETTLING, PERIODS = 36.0, 4.0, 2  # s, s, periods used; one more is dropped before them
 COMMAND_RATE_HZ = 100
-LOUDEST_FORCE = 150.0  # N, of the learning motion
+HIGH_FORCE, UP, DOWN = 60.0, 2.0, 0.6  # N; the learning motion goes up by one factor, above HIGH_FORCE down by the other
 LEARNING_FREQUENCY = (1.0 / 18.0, 1.0 / 3.0)  # Hz, whole turns within LEARNING
+
+
+@dataclass(frozen=True)
+class Response:
+    """Torque over angle at each frequency [Hz], measured and predicted [N m/rad]."""
+
+    frequency: Array
+    measured: NDArray[np.complex128]
+    predicted: NDArray[np.complex128]
+
+    @property
+    def error(self) -> float:
+        """Greatest relative error."""
+        return float(np.abs(self.measured / self.predicted - 1.0).max())
 
 
 @dataclass(frozen=True)
@@ -47,8 +62,8 @@ class Outcome:
     estimated: Impedance
     estimated_std: Impedance
     expansion_valid: bool
-    response_error: float | None  # a joint with friction has no response
-    period: Period
+    response: Response | None  # a joint with friction has none
+
 
 
 @dataclass(frozen=True)
@@ -70,10 +85,10 @@ def run(case: Case) -> Outcome:
     period = average(recording.angle[used], recording.torque[used], case.rate_hz, PERIOD)
     torque, joint = external_torque(case, config), geometry(config)
     rods = true_rods(case, config, recording.truth[used])
-    error = None
+    measured = None
     if case.frictionless:
         z = line_response(period, torque.lines)
-        error = float(np.abs(z / response(torque.frequency, rods, joint) - 1.0).max())
+        measured = Response(torque.frequency, z, response(torque.frequency, rods, joint))
         identified = from_response(torque.frequency, z, joint)
     else:
         identified = from_motion(period, joint)
@@ -84,7 +99,7 @@ def run(case: Case) -> Outcome:
     valid = valid_frequency(rods, joint) >= JUDGED_FREQUENCY
     return Outcome(
         case, float(tension.min()), torque.rms, consistent(rods, joint), paper(rods, joint), identified,
-        estimated, std, valid, error, period,
+        estimated, std, valid, measured,
     )  # fmt: skip
 
 
@@ -143,7 +158,7 @@ def estimate(recording: Recording, config: RigConfig) -> list[JointEstimate]:
     return out
 
 
-def _side(e) -> Side:  # type: ignore[no-untyped-def]
+def _side(e: Estimate) -> Side:
     rod = Rod(
         e.stiffness, e.damping, e.inertia, e.stiffness_variance, e.damping_variance, e.inertia_variance,
         e.stiffness_damping_covariance, e.stiffness_inertia_covariance, e.damping_inertia_covariance,
@@ -155,12 +170,12 @@ def _side(e) -> Side:  # type: ignore[no-untyped-def]
 
 
 def _learning_force(time: float, held: float) -> float:
-    """Rod force asked of both sides [N]: from `held` up and down, and back to stay."""
+    """Rod force asked of both sides [N]: from `held` and back, again and again, and at last to stay."""
     if time >= LEARNING:
         return held
-    top = min(2.0 * held, LOUDEST_FORCE)
+    turned = UP if held <= HIGH_FORCE else DOWN
     slow, quick = (1.0 - math.cos(2.0 * math.pi * f * time) for f in LEARNING_FREQUENCY)
-    return held * (top / held) ** (0.475 * slow + 0.025 * quick)
+    return held * turned ** (0.475 * slow + 0.025 * quick)
 
 
 def _row(estimate: JointEstimate, case: Case) -> int:

@@ -1,0 +1,153 @@
+"""Table, JSON and plot of the experiment's outcomes."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from vsa_common.figures import JOINT, SIDE_1, TRUTH, WARNING, panels, save
+from vsa_joint.reflection import Impedance
+
+from vsa_bringup.joint_bench.experiment import Outcome
+
+HEADER = (
+    "friction", "tendon", "force", "torque", "identified K", "D", "estimated K", "D", "(13) D", "response",
+)  # fmt: skip
+NOTE = (
+    "friction of each rod in N; tendon in N/mm; rod force held in N; torque in mN m rms. Identified: against the rig; "
+    "estimated: against the identified; worst of the seeds.\n(13) D: damping as printed over the true one. "
+    "response: worst of 0.05 to 20 Hz. *: the expansion does not hold up to 0.65 Hz."
+)
+PERCENT = 100.0
+INTERVAL = 1.96  # standard deviations
+
+
+def rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
+    """One row for each friction, tendon and force."""
+    groups: dict[tuple[float, float, float], list[Outcome]] = {}
+    for o in outcomes:
+        groups.setdefault((o.case.coulomb_friction, o.case.tendon_stiffness, o.case.force), []).append(o)
+    out = []
+    for (friction, tendon, force), group in groups.items():
+        responses = [o.response.error for o in group if o.response]
+        out.append(
+            [
+                f"{friction:g}",
+                f"{tendon * 1e-3:g}{'' if group[0].expansion_valid else ' *'}",
+                f"{force:g}",
+                f"{np.mean([o.torque_rms for o in group]) * 1e3:.0f}",
+                *(_worst(_error(o.identified.impedance, o.truth, name) for o in group) for name in ("stiffness", "damping")),
+                *(
+                    _worst(_error(o.estimated, o.identified.impedance, name) for o in group)
+                    for name in ("stiffness", "damping")
+                ),
+                f"{np.mean([o.printed.damping / o.truth.damping for o in group]):.2f}",
+                f"{PERCENT * max(responses):.2f} %" if responses else "",
+            ]
+        )
+    return out
+
+
+def summary(outcomes: Sequence[Outcome]) -> str:
+    """The figures that the bench is for, one a line."""
+    lines = []
+    for name, chosen in (
+        ("without friction", [o for o in outcomes if o.case.frictionless]),
+        ("with friction", [o for o in outcomes if not o.case.frictionless]),
+    ):
+        if not chosen:
+            continue
+        valid = [o for o in chosen if o.expansion_valid] if chosen[0].case.frictionless else chosen
+        lines.append(f"{name}, {len(chosen)} cases, worst error:")
+        if chosen[0].case.frictionless:
+            lines.append(f"  response {PERCENT * max(o.response.error for o in chosen if o.response):.2f} %")
+        else:
+            lines.append("  identified of the truth: " + _pair(chosen, lambda o: (o.identified.impedance, o.truth)))
+        lines.append("  estimated of the identified: " + _pair(valid, lambda o: (o.estimated, o.identified.impedance)))
+        shares = {
+            what: ", ".join(
+                f"{name} {np.mean([holds(o, name) for o in chosen]):.0%}" for name in ("stiffness", "damping")
+            )
+            for what, holds in (("identified", identified_holds), ("estimated", estimated_holds))
+        }
+        lines.append("  95 % intervals that hold: " + "; ".join(f"{what} {share}" for what, share in shares.items()))
+    return "\n".join(lines)
+
+
+def case_json(o: Outcome) -> dict[str, Any]:
+    """One case for the JSON file."""
+    return {
+        "co_contraction": o.co_contraction,
+        "rod_force_n": o.case.force,
+        "tendon_n_per_m": o.case.tendon_stiffness,
+        "coulomb_friction": o.case.coulomb_friction,
+        "amplitude_nm": o.torque_rms,
+        "seed": o.case.seed,
+        "expansion_valid": o.expansion_valid,
+        "identified": asdict(o.identified.impedance),
+        "identified_std": asdict(o.identified.std),
+        "estimated": asdict(o.estimated),
+        "estimated_std": asdict(o.estimated_std),
+        "consistent": asdict(o.truth),
+        "paper": asdict(o.printed),
+        "response_error": o.response.error if o.response else None,
+        "interval_holds": {name: identified_holds(o, name) for name in ("stiffness", "damping")},
+        "estimated_interval_holds": {name: estimated_holds(o, name) for name in ("stiffness", "damping")},
+    }
+
+
+def identified_holds(o: Outcome, name: str) -> bool:
+    """Whether the experiment's 95 % interval contains the rig's truth."""
+    return _holds(o.identified.impedance, o.identified.std, o.truth, name)
+
+
+def estimated_holds(o: Outcome, name: str) -> bool:
+    """Whether the estimate's 95 % interval contains the rig's truth."""
+    return _holds(o.estimated, o.estimated_std, o.truth, name)
+
+
+def plot(outcomes: Sequence[Outcome], path: Path) -> None:
+    """Measured and predicted response; errors of the identified and of the estimate."""
+    figure, axes = panels(2, 2, height=6.0, title="The joint's impedance: measured, predicted, estimated")
+    for o in outcomes:
+        if o.response is None:
+            continue
+        magnitude, phase = axes[0]
+        soft = SIDE_1 if o.case.tendon_stiffness < 5e4 else JOINT
+        color = soft if o.case.tendon_stiffness < 1e6 else WARNING
+        for axis, of in ((magnitude, np.abs), (phase, lambda z: np.degrees(np.angle(z)))):
+            axis.plot(o.response.frequency, of(o.response.predicted), color=color, linewidth=0.8)
+            axis.plot(o.response.frequency, of(o.response.measured), ".", color=TRUTH, markersize=3)
+    axes[0, 0].set(xscale="log", yscale="log", xlabel="Hz", ylabel="N m/rad", title="torque over angle: line predicted")
+    axes[0, 1].set(xscale="log", xlabel="Hz", ylabel="degrees", title="its phase: dots measured")
+    loud = [o for o in outcomes if not o.case.frictionless] or list(outcomes)
+    for axis, name in zip(axes[1], ("stiffness", "damping"), strict=True):
+        for value, color, label in (("identified", SIDE_1, "identified"), ("estimated", JOINT, "estimated")):
+            errors = [
+                PERCENT * _error(o.identified.impedance if value == "identified" else o.estimated, o.truth, name)
+                for o in loud
+            ]
+            axis.plot([o.case.force for o in loud], errors, "o", color=color, markersize=3, label=label)
+        axis.axhline(0.0, color=TRUTH, linewidth=0.6)
+        axis.set(xlabel="rod force [N]", ylabel="error [%]", title=f"{name} with friction")
+        axis.legend()
+    save(figure, path)
+
+
+def _error(value: Impedance, reference: Impedance, name: str) -> float:
+    return float(getattr(value, name) / getattr(reference, name) - 1.0)
+
+
+def _holds(value: Impedance, std: Impedance, truth: Impedance, name: str) -> bool:
+    return bool(abs(getattr(value, name) - getattr(truth, name)) <= INTERVAL * getattr(std, name))
+
+
+def _worst(errors: Any) -> str:
+    return f"{PERCENT * max(errors, key=abs):+.2f} %"
+
+
+def _pair(outcomes: Sequence[Outcome], of: Any) -> str:
+    return ", ".join(
+        f"{name} {PERCENT * max(abs(_error(*of(o), name)) for o in outcomes):.2f} %" for name in ("stiffness", "damping")
+    )

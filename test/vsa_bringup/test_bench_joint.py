@@ -1,0 +1,54 @@
+"""The joint's experiment through the pure cores: small runs, judged against the rig's truth."""
+
+import json
+
+import pytest
+from vsa_bringup import bench_joint
+from vsa_bringup.joint_bench.case import Case, external_torque, rig_config
+from vsa_bringup.joint_bench.experiment import run
+from vsa_bringup.joint_bench.report import case_json, identified_holds
+
+KEYS = {
+    "co_contraction", "tendon_n_per_m", "coulomb_friction", "amplitude_nm", "seed", "expansion_valid", "identified",
+    "estimated", "consistent", "paper", "response_error", "interval_holds",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def with_friction():
+    return run(Case(50.0, 1e5, 0.3, 4))
+
+
+def test_with_friction_the_experiment_agrees_with_the_rig_and_the_estimate_with_the_experiment(with_friction):
+    o = with_friction
+    found = o.identified.impedance
+    assert found.stiffness == pytest.approx(o.truth.stiffness, rel=0.01)
+    assert found.damping == pytest.approx(o.truth.damping, rel=0.03)
+    assert o.estimated.stiffness == pytest.approx(found.stiffness, rel=0.015)
+    assert o.estimated.damping == pytest.approx(found.damping, rel=0.04)
+    assert identified_holds(o, "stiffness") and identified_holds(o, "damping")
+
+
+def test_a_case_has_every_key_and_survives_json(with_friction):
+    case = json.loads(json.dumps(case_json(with_friction)))
+    assert KEYS <= case.keys()
+    assert case["response_error"] is None
+    assert case["co_contraction"] == pytest.approx(25.0, rel=0.02)
+
+
+def test_the_paper_is_off_by_two_in_the_branch_terms(with_friction):
+    o = with_friction
+    assert (o.printed.damping - 0.01) / (o.truth.damping - 0.01) == pytest.approx(2.0, rel=0.15)
+
+
+def test_the_torque_without_friction_is_twenty_millinewtonmetres_rms():
+    case = Case(50.0, 1e5, 0.0, 1)
+    assert external_torque(case, rig_config(case)).rms == pytest.approx(0.02)
+
+
+def test_seeds_differ_between_frictions_and_repeats():
+    arguments = bench_joint._arguments(["--seeds", "2"])
+    cases = bench_joint._cases(arguments)
+    loud = [case for case in cases if not case.frictionless]
+    assert len(loud) == 60 and len(set(loud)) == 60
+    assert len(cases) - len(loud) == 15
