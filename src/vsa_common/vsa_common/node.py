@@ -118,7 +118,7 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         given = {name: p.value for name, p in self.get_parameters_by_prefix("").items() if _is_ours(name)}
         autostart = given.pop("autostart", True)
         if not isinstance(autostart, bool):
-            raise ConfigurationError(f"autostart = {autostart!r}: must be a bool")
+            raise ConfigurationError(f"autostart = {autostart!r}: must be true or false")
         config = build(self._config_class, given)
         values = flatten(config)
         for parameter in parameters(self._config_class):

@@ -7,12 +7,11 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, STEADY, WARN, Health, SuiteNode, run
 from vsa_common.stamps import nanoseconds, set_stamp
-from vsa_msgs.msg import EstimatorState, TransmissionImpedance
-
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.pairing import Pairing, Sample
 from vsa_estimator.settings import NodeConfig
 from vsa_estimator.values import Estimate, Reset, State, Status
+from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
 WATCH = 0.02  # how often silence is looked for [s]
 SILENT = 0.05  # the shortest silence that is spoken of [s]
