@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-PIPE_WIDTH = 160  # columns where the output is a file or a pipe
+PIPE_WIDTH = 200  # columns where the output is a file or a pipe
 
 
 class Bar:

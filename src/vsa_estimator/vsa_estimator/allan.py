@@ -1,0 +1,61 @@
+"""Allan deviation of a sensor's record: how large its noise is, and whether it is white (section VI): one door to allantools.
+
+The mean over tau of white noise has an Allan variance that falls as 1/tau; drift bends it up.
+"""
+
+from dataclasses import dataclass
+
+import allantools
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+Array = NDArray[np.float64]
+
+WHITE_SLOPE = -1.0  # of ln(Allan variance) over ln(tau), Fig. 6
+TOLERANCE = 0.15  # of that slope, beyond its own uncertainty
+FEWEST_MEANS = 9  # an averaging time is used if the record holds so many of it
+CONFIDENCE = 0.999  # of the band that a white noise's Allan variance stays within
+
+
+@dataclass(frozen=True)
+class Allan:
+    """Allan deviation of one signal over averaging time."""
+
+    tau: Array  # [s]
+    deviation: Array  # in the signal's unit
+    std: float  # of one sample, if the noise is white
+    slope: float  # of ln(Allan variance) over ln(tau)
+    white: bool
+
+    @property
+    def verdict(self) -> str:
+        """The slope test in words."""
+        return "white" if self.white else "not white"
+
+    @property
+    def density(self) -> float:
+        """One-sided-in-tau density: deviation of the mean over one second, if white [unit sqrt(s)]."""
+        return float(self.std * np.sqrt(self.tau[0]))
+
+
+def allan(signal: Array, rate: float) -> Allan:
+    """Allan deviation of an evenly sampled signal at averaging times of 1, 2, 4, ... samples.
+
+    The noise's size is that at the shortest averaging time. It is white where the Allan variance at no
+    averaging time leaves the band that the finite record allows it, and falls with a slope near -1.
+    """
+    longest = max(1, len(signal) // FEWEST_MEANS)
+    sizes = 2 ** np.arange(int(np.log2(longest)) + 1)
+    tau, deviation, _, _ = allantools.oadev(signal, rate=rate, data_type="freq", taus=sizes / rate)
+    std = float(np.sqrt(0.5 * np.mean(np.diff(signal) ** 2)))
+    freedom = np.maximum(len(signal) / sizes[: len(tau)] - 1.0, 1.0)
+    weights = freedom
+    x, y = np.log(tau), 2.0 * np.log(np.maximum(deviation, 1e-300))
+    centred = x - np.average(x, weights=weights)
+    slope = float(np.sum(weights * centred * y) / max(np.sum(weights * centred**2), 1e-300))
+    ratio = deviation**2 * (tau * rate) / max(std, 1e-300) ** 2
+    low, high = (chi2.ppf(p, freedom) / freedom for p in (0.5 - CONFIDENCE / 2.0, 0.5 + CONFIDENCE / 2.0))
+    inside = bool(np.all((ratio > 0.97 * low) & (ratio < 1.03 * high)))
+    white = std > 0.0 and inside and abs(slope - WHITE_SLOPE) < TOLERANCE
+    return Allan(tau, deviation, std, slope, white)
