@@ -16,7 +16,10 @@ def main(argv: list[str] | None = None) -> int:
     if not arguments or arguments[0] not in BENCHES:
         asked_for_help = bool(arguments) and arguments[0] in ("-h", "--help")
         listing = "\n".join(f"  {name:<12}{text}" for name, text in BENCHES.items())
-        print(f"usage: bench NAME [ARGS]    (bench NAME --help tells more)\n\n{listing}", file=sys.stdout if asked_for_help else sys.stderr)
+        print(
+            f"usage: bench NAME [ARGS]    (bench NAME --help tells more)\n\n{listing}",
+            file=sys.stdout if asked_for_help else sys.stderr,
+        )
         return 0 if asked_for_help else 2
     module = importlib.import_module(f"vsa_bringup.bench_{arguments[0]}")
     return int(module.main(arguments[1:]) or 0)

@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from vsa_bringup.estimation_bench.bound import equivalent_jerk_density, posterior_bound
-from vsa_bringup.estimation_bench.cases import DEFAULT, FORCE_NOISE, MOTIONS, QUICK, RIGS, Case, case
+from vsa_bringup.estimation_bench.cases import DEFAULT, FORCE_NOISE, QUICK, RIGS, Case, case
 from vsa_bringup.estimation_bench.methods import METHODS
 from vsa_bringup.estimation_bench.recordings import record
 from vsa_bringup.estimation_bench.report import HEADER, NOTE, plot, rows
 from vsa_bringup.estimation_bench.score import score
 from vsa_bringup.estimation_bench.starts import draw
 from vsa_common.terminal import progress, show_table
+from vsa_driver.rig.bench import MOTIONS
 
 SEEDS, QUICK_SEEDS = 20, 2
 AXES = ("transmission", "rig", "motion", "mass", "rate_hz", "deflection_noise_mm", "coulomb_friction_n", "start")
@@ -31,7 +31,9 @@ def run_case(one: Case, seeds: list[int], methods: Sequence[str], seconds: float
     starts = [draw(one, float(recording.truth.deflection[0]), seed) for seed in seeds]
     tracks = {name: METHODS[name](recording, starts) for name in methods}
     densities = [tracks[name].jerk_density for name in methods if np.isfinite(tracks[name].jerk_density)]
-    bound = posterior_bound(recording, starts[0], densities[0] if densities else equivalent_jerk_density(recording.truth))
+    bound = posterior_bound(
+        recording, starts[0], densities[0] if densities else equivalent_jerk_density(recording.truth)
+    )
     return {name: score(track, recording, bound) for name, track in tracks.items()}
 
 
@@ -52,7 +54,9 @@ def main(argv: list[str] | None = None) -> int:
     report = {
         "seed": base,
         "seconds": arguments.seconds,
-        "cases": [asdict(one) | {"seeds": seeds, "methods": result} for one, result in zip(cases, results, strict=True)],
+        "cases": [
+            asdict(one) | {"seeds": seeds, "methods": result} for one, result in zip(cases, results, strict=True)
+        ],
     }
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
@@ -90,9 +94,13 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
         "--noise", nargs="+", type=float, dest="deflection_noise_mm", metavar="MM", help="of deflection; "
         + ", ".join(f"{mm:g} mm goes with {n:g} N of force noise" for mm, n in FORCE_NOISE.items()),
     )  # fmt: skip
-    group.add_argument("--friction", nargs="+", type=float, dest="coulomb_friction_n", metavar="N", help="the rig's own by default")
+    group.add_argument(
+        "--friction", nargs="+", type=float, dest="coulomb_friction_n", metavar="N", help="the rig's own by default"
+    )
     group.add_argument("--start", nargs="+", choices=["good", "bad"])
-    parser.add_argument("--force-noise", type=float, dest="force_noise_n", metavar="N", help="other than goes with --noise")
+    parser.add_argument(
+        "--force-noise", type=float, dest="force_noise_n", metavar="N", help="other than goes with --noise"
+    )
     parser.add_argument("--method", nargs="+", choices=list(METHODS), default=list(METHODS))
     parser.add_argument("--seeds", type=int, metavar="COUNT", help=f"runs a case ({SEEDS}; {QUICK_SEEDS} with --quick)")
     parser.add_argument("--seed", type=int, help="to repeat a bench; drawn afresh otherwise")

@@ -1,6 +1,6 @@
-"""Allan deviation of a sensor's record: how large its noise is, and whether it is white (section VI): one door to allantools.
+"""Allan deviation of a sensor's record: how large its noise is, and whether it is white (section VI).
 
-The mean over tau of white noise has an Allan variance that falls as 1/tau; drift bends it up.
+The one door to allantools. The mean over tau of white noise has an Allan variance that falls as 1/tau; drift bends it up.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Allan:
 
     tau: Array  # [s]
     deviation: Array  # in the signal's unit
-    std: float  # of one sample, if the noise is white
+    std: float  # of one sample's white noise
     slope: float  # of ln(Allan variance) over ln(tau)
     white: bool
 
@@ -35,14 +35,14 @@ class Allan:
 
     @property
     def density(self) -> float:
-        """One-sided-in-tau density: deviation of the mean over one second, if white [unit sqrt(s)]."""
+        """Standard deviation of the mean over one second, if white."""
         return float(self.std * np.sqrt(self.tau[0]))
 
 
 def allan(signal: Array, rate: float) -> Allan:
     """Allan deviation of an evenly sampled signal at averaging times of 1, 2, 4, ... samples.
 
-    The noise's size is that at the shortest averaging time. It is white where the Allan variance at no
+    It is white where the Allan variance at no
     averaging time leaves the band that the finite record allows it, and falls with a slope near -1.
     """
     longest = max(1, len(signal) // FEWEST_MEANS)
@@ -58,4 +58,5 @@ def allan(signal: Array, rate: float) -> Allan:
     low, high = (chi2.ppf(p, freedom) / freedom for p in (0.5 - CONFIDENCE / 2.0, 0.5 + CONFIDENCE / 2.0))
     inside = bool(np.all((ratio > 0.97 * low) & (ratio < 1.03 * high)))
     white = std > 0.0 and inside and abs(slope - WHITE_SLOPE) < TOLERANCE
-    return Allan(tau, deviation, std, slope, white)
+    # All of a white record says how large its noise is; of another one, the shortest averaging time.
+    return Allan(tau, deviation, float(np.std(signal)) if white else std, slope, white)

@@ -8,7 +8,6 @@ filtered rate. The kick is allowed for in the noise, and named in `reason` where
 import math
 
 import numpy as np
-
 from vsa_estimator.blocks import Block, BlockAverage
 from vsa_estimator.force_rate_filter import SIZE, Array, ForceRateFilter, OffsetFilter, R
 from vsa_estimator.intake import Intake, Verdict
@@ -84,7 +83,13 @@ class ForceRateEstimator:
         reason = "no sample yet" if estimate is None else self._complaint()
         if not reason and not stiffness_valid:
             reason = "stiffness: not yet known within 10 %; move slowly over several millimetres"
-        flags = (("stiffness", stiffness_valid), ("k2", known[0]), ("d1", known[1]), ("d2", known[2]), ("inertia", known[3]))
+        flags = (
+            ("stiffness", stiffness_valid),
+            ("k2", known[0]),
+            ("d1", known[1]),
+            ("d2", known[2]),
+            ("inertia", known[3]),
+        )
         lines = tuple(f"{name}: not known from this motion" for name, valid in flags if not valid)
         heard = estimate is not None
         return State(
@@ -192,7 +197,9 @@ class ForceRateEstimator:
         clean = explained and not self._spoilt
         d1 = damping - 3.0 * d2 * z[R.V] ** 2
         stiffness_valid = bool(heard and explained and std[R.SIGMA] < STIFFNESS * sigma)
-        damping_valid = bool(heard and clean and std[R.D] < DAMPING * max(abs(damping), 0.2 * d1) and damping > 0.2 * d1)
+        damping_valid = bool(
+            heard and clean and std[R.D] < DAMPING * max(abs(damping), 0.2 * d1) and damping > 0.2 * d1
+        )
         inertia_valid = bool(heard and clean and std[R.M] < INERTIA * mass)
         if silence > STALE:
             status = Status.STALE

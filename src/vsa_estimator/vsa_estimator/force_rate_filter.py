@@ -11,7 +11,6 @@ from enum import IntEnum
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 from numpy.typing import NDArray
-
 from vsa_estimator.rate_filter import RATE_FILTER
 
 Array = NDArray[np.float64]

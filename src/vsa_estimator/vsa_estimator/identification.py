@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-
 from vsa_estimator.recordings import Recording, RecordingError
 from vsa_estimator.smoothing import LocalPolynomials, best_half, local_polynomials, noise_std
 
@@ -241,7 +240,9 @@ def _compensation(piece: Piece, theta: Array, reference: float) -> Array:
     """What the noise of deflection, velocity and acceleration adds to the normal matrix."""
     by_motion = _by_motion(piece, theta, reference)
     weights = _weights(piece, theta, reference)[0][:, 0]
-    return np.asarray(np.einsum("i,ipa,iab,iqb->pq", weights, by_motion, piece.motion_covariance, by_motion, optimize=True))
+    return np.asarray(
+        np.einsum("i,ipa,iab,iqb->pq", weights, by_motion, piece.motion_covariance, by_motion, optimize=True)
+    )
 
 
 def _weighted(piece: Piece, columns: Array, theta: Array, reference: float) -> Array:
@@ -252,7 +253,9 @@ def _inverse(normal: Array) -> Array:
     """Pseudo-inverse of a normal matrix whose columns have any units."""
     scale = np.sqrt(np.abs(np.diag(normal)))
     scale[scale == 0.0] = 1.0
-    return np.asarray(np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-11, hermitian=True) / np.outer(scale, scale))
+    return np.asarray(
+        np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-11, hermitian=True) / np.outer(scale, scale)
+    )
 
 
 def _rows(piece: Piece, theta: Array, reference: float) -> tuple[Array, Array]:

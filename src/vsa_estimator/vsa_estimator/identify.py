@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-
 from vsa_common.bags import BagError
 from vsa_common.configuration import parameters
 from vsa_common.figures import MEASURED, SIDE_1, TRUTH, limits, panels, save
@@ -40,7 +39,9 @@ def write_parameters(path: Path, found: Mapping[str, Identification]) -> None:
         for name, one in found.items()
     }
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("# Start values by least squares, eqs. (18) and (19), SI.\n" + yaml.safe_dump(tree, sort_keys=False))
+    path.write_text(
+        "# Start values by least squares, eqs. (18) and (19), SI.\n" + yaml.safe_dump(tree, sort_keys=False)
+    )
 
 
 def rows(found: Identification) -> list[list[str]]:
@@ -110,9 +111,15 @@ def _note(found: Identification, recordings: Sequence[Recording]) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="identify", description="Start values for the estimator from recordings.")
     parser.add_argument("input", type=Path, nargs="+", help="CSV (stamp,force,deflection; s, N, m) or bags")
-    parser.add_argument("--transmission", metavar="NAME", help="of bags: just this one; of CSV: its name (transmission_1)")
     parser.add_argument(
-        "--out", type=Path, default=Path("identified.yaml"), metavar="FILE.yaml", help="parameters; a plot goes beside it"
+        "--transmission", metavar="NAME", help="of bags: just this one; of CSV: its name (transmission_1)"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("identified.yaml"),
+        metavar="FILE.yaml",
+        help="parameters; a plot goes beside it",
     )
     return parser
 

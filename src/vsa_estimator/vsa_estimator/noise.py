@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-
 from vsa_common.bags import BagError
 from vsa_common.figures import MEASURED, SIDE_1, panels, save
 from vsa_common.tables import TableError
@@ -42,7 +41,9 @@ def analyse(recording: Recording) -> dict[str, Allan]:
     if step <= 0.0 or len(uneven):
         line = int(np.flatnonzero(finite)[uneven[0] + 1]) + 2 if len(uneven) else 3
         raise RecordingError(f"{recording.source}: line {line}: expected samples {step:g} s apart")
-    rate = filtered_rate(force, step)[round(SETTLED * RATE_FILTER / step) :: max(1, round(INDEPENDENT * RATE_FILTER / step))]
+    rate = filtered_rate(force, step)[
+        round(SETTLED * RATE_FILTER / step) :: max(1, round(INDEPENDENT * RATE_FILTER / step))
+    ]
     every = step * max(1, round(INDEPENDENT * RATE_FILTER / step))
     signals = {"force": (force, step), "force_rate": (rate, every), "deflection": (deflection, step)}
     return {name: allan(_without_ramp(signal), 1.0 / period) for name, (signal, period) in signals.items()}
@@ -103,8 +104,12 @@ def _without_ramp(signal: Array) -> Array:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="noise", description="Allan deviation and noise parameters of a recording.")
-    parser.add_argument("input", type=Path, help="CSV (stamp,force,deflection; s, N, m) or bag, at rest or on a slow ramp")
-    parser.add_argument("--transmission", metavar="NAME", help="of a bag: just this one; of a CSV: its name (transmission_1)")
+    parser.add_argument(
+        "input", type=Path, help="CSV (stamp,force,deflection; s, N, m) or bag, at rest or on a slow ramp"
+    )
+    parser.add_argument(
+        "--transmission", metavar="NAME", help="of a bag: just this one; of a CSV: its name (transmission_1)"
+    )
     parser.add_argument("--out", type=Path, default=Path("noise"), metavar="DIR", help="for noise.yaml and noise.png")
     return parser
 

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from vsa_common.bags import read_raw, topics
 from vsa_common.stamps import NANOSECONDS
 from vsa_common.tables import read_columns
 from vsa_estimator.pairing import Pairing, Sample
+from vsa_estimator.settings import NodeConfig
 
 CSV_COLUMNS = ("stamp", "force", "deflection")
-TOLERANCE_NS = 100_000  # force and encoder of one sample carry the same stamp; foreign drivers may be a little off
-WINDOW_NS = 100_000_000  # a half sample waits so long for the other
+TOLERANCE_NS = round(NodeConfig.pairing_tolerance * NANOSECONDS)  # as the node pairs live
+WINDOW_NS = round(NodeConfig.reorder_window * NANOSECONDS)
 FIRST_STAMP_NS = NANOSECONDS  # a recording that counts from zero begins here: zero is no valid stamp
 
 _FORCE_TOPIC = re.compile(r"(?:.*/)?(?P<transmission>[^/]+)/force")

@@ -10,17 +10,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from vsa_common.bags import BagError
-from vsa_common.configuration import ConfigurationError, build, node_values, parameters
+from vsa_common.configuration import ConfigurationError, build, node_values
 from vsa_common.tables import TableError, write_columns
 from vsa_common.terminal import Bar, progress
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.recordings import Recording, RecordingError, read_recordings
-from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.settings import EstimatorConfig, NodeConfig
 from vsa_estimator.values import Estimate, State
 
-CHUNK = 5000  # samples between two looks at the progress bar
+CHUNK = 2000  # samples between two looks at the progress bar
 
 # Column of the output: field of Estimate, and whether its square root is meant.
 FIELDS = {
@@ -61,12 +60,11 @@ def replay(recording: Recording, config: EstimatorConfig, bar: Bar) -> tuple[dic
 def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
     """The suite's paper_rig.yaml where it is installed, and `given` over it, for this transmission's estimator."""
     node = transmission.replace("transmission", "estimator")
-    known = {parameter.name for parameter in parameters(EstimatorConfig)}
     values: dict[str, Any] = {}
     for path in (*_installed_configuration(), *([given] if given else [])):
         values |= node_values(path, node)
     try:
-        return build(EstimatorConfig, {name: value for name, value in values.items() if name in known})
+        return build(NodeConfig, values)
     except ConfigurationError as error:
         raise ConfigurationError(f"{given or 'paper_rig.yaml'}: {node}: {error}") from error
 
@@ -152,10 +150,18 @@ def _installed_configuration() -> list[Path]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="replay", description="A recording through the estimator that runs live.")
-    parser.add_argument("input", type=Path, help="CSV (stamp,force,deflection; s, N, m), or a bag: folder, .mcap or .db3")
-    parser.add_argument("--transmission", metavar="NAME", help="of a bag: just this one; of a CSV: its name (transmission_1)")
-    parser.add_argument("--config", type=Path, metavar="YAML", help="ROS parameter file; what it leaves out keeps its default")
-    parser.add_argument("--out", type=Path, default=Path("vsa_replay"), metavar="DIR", help="for NAME.csv and summary.json")
+    parser.add_argument(
+        "input", type=Path, help="CSV (stamp,force,deflection; s, N, m), or a bag: folder, .mcap or .db3"
+    )
+    parser.add_argument(
+        "--transmission", metavar="NAME", help="of a bag: just this one; of a CSV: its name (transmission_1)"
+    )
+    parser.add_argument(
+        "--config", type=Path, metavar="YAML", help="ROS parameter file; what it leaves out keeps its default"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("vsa_replay"), metavar="DIR", help="for NAME.csv and summary.json"
+    )
     return parser
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from vsa_bringup.estimation_bench.recordings import RESOLUTION, Recording, Truth
 from vsa_bringup.estimation_bench.starts import Start
 
@@ -60,7 +59,9 @@ def posterior_bound(recording: Recording, start: Start, jerk_density: float) -> 
     dt = 1.0 / recording.rate
     deflection_variance = 1e6 * (recording.deflection_noise**2 + RESOLUTION**2 / 12.0)
     std = np.array([start.std[n] for n in ("d1", "d2", "inertia", "force_offset", "coulomb_friction")])
-    first = np.array([0.0, START_VELOCITY_MM, START_ACCELERATION_MM, np.log(2.0), start.std["k2"] / TO_SI[4], *(std / TO_SI[5:])])
+    first = np.array(
+        [0.0, START_VELOCITY_MM, START_ACCELERATION_MM, np.log(2.0), start.std["k2"] / TO_SI[4], *(std / TO_SI[5:])]
+    )
     p = np.diag(first**2)
     p[0, 0] = deflection_variance
     transition = np.eye(10)

@@ -1,4 +1,4 @@
-"""What is compared on what: rigs, motions, noise and start values of `./vsa bench estimation`."""
+"""What is compared on what: rigs, motions and noise of `./vsa bench estimation`; the motions are the rig's."""
 
 from dataclasses import dataclass, replace
 from itertools import product
@@ -36,24 +36,6 @@ RIGS = {
 HEAVY = 1000.0  # mass factor: Table I's m read in the paper's other consistent units, N, mm, s
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Wanted deflection: tones (amplitude [m], frequency [Hz]) about a centre [m], or places [m] to rest at."""
-
-    centre: float
-    tones: tuple[tuple[float, float], ...] = ()
-    places: tuple[float, ...] = ()
-
-
-MOTIONS = {
-    "slow": Motion(10e-3, ((7.5e-3, 0.05),)),
-    "slow2": Motion(12e-3, ((2.3e-3, 0.2),)),
-    "multisine": Motion(10.5e-3, ((4e-3, 0.05), (0.16e-3, 0.7), (0.08e-3, 1.7))),
-    "half_hz": Motion(9e-3, ((1.05e-3, 0.5),)),
-    "fast": Motion(10e-3, ((3.5e-3, 0.07), (0.35e-3, 1.2))),
-    "dwells": Motion(10e-3, places=(4e-3, 10e-3, 14e-3, 7e-3, 12e-3, 5e-3)),
-    "one_hz": Motion(12e-3, ((0.45e-3, 1.0),)),
-}
 FORCE_NOISE = {0.01: 0.017, 0.1: 0.13}  # section VI read as standard deviations, and as variances [mm -> N]
 
 
@@ -81,10 +63,15 @@ class Case:
     @property
     def label(self) -> str:
         """A short name, as the table shows it."""
-        parts = ["T" + self.transmission[-1] if self.rig == "paper" else f"{self.rig} T{self.transmission[-1]}", self.motion]
+        parts = [
+            "T" + self.transmission[-1] if self.rig == "paper" else f"{self.rig} T{self.transmission[-1]}",
+            self.motion,
+        ]
         parts += [self.mass] * (self.mass != "light") + [f"{self.rate_hz} Hz"] * (self.rate_hz != 100)
         parts += [f"{self.deflection_noise_mm:g} mm"] * (self.deflection_noise_mm != 0.01)
-        parts += [f"d0 {self.coulomb_friction_n:g}"] * (self.coulomb_friction_n != default_friction(self.rig, self.transmission))
+        parts += [f"d0 {self.coulomb_friction_n:g}"] * (
+            self.coulomb_friction_n != default_friction(self.rig, self.transmission)
+        )
         return " ".join([*parts, *([self.start] * (self.start != "bad"))])
 
 
@@ -106,7 +93,10 @@ QUICK = (
     case(motion="slow", coulomb_friction_n=0.0, start="good"),
 )
 DEFAULT = (
-    *(case(side, motion) for motion, side in product(("slow", "slow2", "multisine"), ("transmission_1", "transmission_2"))),
+    *(
+        case(side, motion)
+        for motion, side in product(("slow", "slow2", "multisine"), ("transmission_1", "transmission_2"))
+    ),
     *(case(motion=motion, rig="other") for motion in ("slow", "slow2", "multisine")),
     *(case(motion=motion) for motion in ("half_hz", "fast", "dwells", "one_hz")),
     case(motion="multisine", rate_hz=1000),

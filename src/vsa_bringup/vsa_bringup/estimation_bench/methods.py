@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-
 from vsa_bringup.estimation_bench.recordings import RESOLUTION, Recording
 from vsa_bringup.estimation_bench.starts import Start
 from vsa_bringup.estimation_bench.track import Array, Track
@@ -16,10 +15,20 @@ from vsa_estimator.values import Estimate, State
 
 Method = Callable[[Recording, list[Start]], Track]
 
-ESTIMATE_FIELDS = (
-    "stiffness stiffness_variance stiffness_valid damping damping_variance damping_valid inertia inertia_variance "
-    "inertia_valid k2 k2_variance d2"
-).split()
+ESTIMATE_FIELDS = [
+    "stiffness",
+    "stiffness_variance",
+    "stiffness_valid",
+    "damping",
+    "damping_variance",
+    "damping_valid",
+    "inertia",
+    "inertia_variance",
+    "inertia_valid",
+    "k2",
+    "k2_variance",
+    "d2",
+]
 COLUMNS = [Estimate._fields.index(name) for name in ESTIMATE_FIELDS]
 # ln_stiffness_reference, k2 and d1 within State.coefficient_covariance
 NEES_PART = np.ix_([0, 1, 2], [0, 1, 2])
@@ -85,7 +94,9 @@ def warm_up(formulation: str) -> None:
 
 def _literal(recording: Recording, starts: list[Start]) -> Track:
     began = time.process_time()
-    state, std = (np.array([_eight(start, recording, row, spread) for row, start in enumerate(starts)]) for spread in (0, 1))
+    state, std = (
+        np.array([_eight(start, recording, row, spread) for row, start in enumerate(starts)]) for spread in (0, 1)
+    )
     start = literal_eq17.Start(state, std, recording.force_noise, recording.deflection_noise)
     z = literal_eq17.run(recording.force, recording.deflection, recording.rate, start)
     return Track(

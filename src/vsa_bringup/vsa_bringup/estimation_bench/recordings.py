@@ -5,15 +5,13 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-
-from vsa_bringup.estimation_bench.cases import MOTIONS, Case, Coefficients, Motion
+from vsa_bringup.estimation_bench.cases import Case, Coefficients
+from vsa_driver.rig import bench
+from vsa_driver.rig.config import TransmissionConfig
 
 Array = NDArray[np.float64]
 
 RESOLUTION = 1e-5  # step of the encoder [m]
-RAMP = 8.0  # a motion grows to its full amplitude within this time [s]
-MOVE, REST = 4.0, 11.0  # of the dwells [s]
-COULOMB_SPEED = 0.05e-3  # the rig's friction has risen to 76 % at this speed [m/s]
 
 
 @dataclass(frozen=True)
@@ -72,26 +70,11 @@ def record(case: Case, seeds: list[int], seconds: float = 60.0) -> Recording:
 
 @lru_cache(maxsize=8)
 def simulate(coefficients: Coefficients, motion: str, rate: int, seconds: float) -> Truth:
-    """Truth of one transmission that is moved exactly as wanted; the force follows from eq. (6)."""
-    time = np.arange(int(seconds * rate)) / rate
-    h = 1e-3
-    before, x, after = (wanted(MOTIONS[motion], time + shift) for shift in (-h, 0.0, h))
-    v = (after - before) / (2.0 * h)
-    a = (after - 2.0 * x + before) / (h * h)
+    """Truth of one transmission on the rig's bench: the far end of its tendon is moved."""
     c = coefficients
-    held = np.clip(v, -c.maximum_speed, c.maximum_speed)
-    damper = c.coulomb_friction * np.tanh(v / COULOMB_SPEED) + c.d1 * held + c.d2 * held**3
-    return Truth(c, time, x, v, a, c.inertia * a + damper + c.force_offset + c.k1 * np.exp(c.k2 * x))
-
-
-def wanted(motion: Motion, time: Array) -> Array:
-    """Deflection [m] that a motion asks for at `time` [s]."""
-    if motion.places:
-        places = np.array(motion.places)
-        index = np.maximum(time // (MOVE + REST), 0.0).astype(int)
-        start, goal = places[index % len(places)], places[(index + 1) % len(places)]
-        r = np.clip((time - index * (MOVE + REST)) / MOVE, 0.0, 1.0)
-        return start + (goal - start) * r**3 * (10.0 - 15.0 * r + 6.0 * r * r)
-    r = np.clip(time / RAMP, 0.0, 1.0)
-    tones = [a * np.sin(2 * np.pi * f * time + 1.3 * i) for i, (a, f) in enumerate(motion.tones)]
-    return motion.centre + r * r * (3.0 - 2.0 * r) * np.sum(tones, axis=0)
+    transmission = TransmissionConfig(
+        c.force_offset, c.k1, c.k2, c.d1, c.d2, coulomb_friction=c.coulomb_friction, inertia=c.inertia
+    )
+    columns = bench.record(transmission, bench.MOTIONS[motion], seconds, rate)
+    named = dict(zip(bench.BENCH_TRUTH, columns.T.copy(), strict=True))
+    return Truth(c, *(named[name] for name in ("time", "deflection", "velocity", "acceleration", "force")))

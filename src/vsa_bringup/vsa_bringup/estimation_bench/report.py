@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from vsa_bringup.estimation_bench.cases import Case
 from vsa_common.figures import MEASURED, SIDE_1, SIDE_2, TRUTH, panels, save
 

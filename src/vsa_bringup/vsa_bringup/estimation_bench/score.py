@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
-
 from vsa_bringup.estimation_bench.bound import Bound
 from vsa_bringup.estimation_bench.recordings import Recording
 from vsa_bringup.estimation_bench.track import Array, Track
@@ -39,7 +38,9 @@ def score(track: Track, recording: Recording, bound: Bound | None) -> dict[str, 
             "d2_error": _rms(track.d2[:, -1] / truth.coefficients.d2 - 1.0),
             "coverage": {
                 "stiffness": _coverage(ln_error, ln_variance, settled),
-                "damping": _coverage(track.damping - truth.damping, track.damping_variance, settled, track.damping_valid),
+                "damping": _coverage(
+                    track.damping - truth.damping, track.damping_variance, settled, track.damping_valid
+                ),
                 "k2": _coverage(track.k2 - truth.coefficients.k2, track.k2_variance, settled),
                 "stiffness_from_1s": _coverage(ln_error, ln_variance, later),
             },

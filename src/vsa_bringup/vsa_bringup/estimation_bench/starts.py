@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
 from vsa_bringup.estimation_bench.cases import Case
 
 BAD_FORCE_OFFSET_SHARE = 0.5  # standard deviation of a bad force offset, as a share of the first force
@@ -38,12 +37,19 @@ def draw(case: Case, first_deflection: float, seed: int) -> Start:
         true |= {"force_offset": c.force_offset, "coulomb_friction": c.coulomb_friction}
         value = {name: true[name] + std[name] * random.standard_normal() for name in true}
         value["d2"] = min(value["d2"], -1e5)
-        return Start({n: max(v, 0.1 * true[n]) if n in ("d1", "inertia") else v for n, v in _positive(value).items()}, std)
+        return Start(
+            {n: max(v, 0.1 * true[n]) if n in ("d1", "inertia") else v for n, v in _positive(value).items()}, std
+        )
     high = random.random() < 0.5
     elastic = c.k1 * math.exp(c.k2 * first_deflection)
     k2 = c.k2 * (1.3 if high else 0.7)
     guessed_elastic = elastic * c.k2 * (2.0 if high else 0.5) / k2
-    value = {"k2": k2, "d1": c.d1 * (0.6 if random.random() < 0.5 else 1.6), "d2": 0.5 * c.d2, "inertia": 2.0 * c.inertia}
+    value = {
+        "k2": k2,
+        "d1": c.d1 * (0.6 if random.random() < 0.5 else 1.6),
+        "d2": 0.5 * c.d2,
+        "inertia": 2.0 * c.inertia,
+    }
     value |= {"force_offset": c.force_offset + elastic - guessed_elastic, "coulomb_friction": 0.3}
     std = {"k2": 0.3 * k2, "d1": 0.6 * value["d1"], "d2": -value["d2"], "inertia": value["inertia"]}
     std |= {"force_offset": BAD_FORCE_OFFSET_SHARE * (c.force_offset + elastic), "coulomb_friction": 0.3}

@@ -6,7 +6,6 @@ d sigma/dt = alpha (force_rate - damper_rate - sigma v) sgn(v). The damper's law
 """
 
 import numpy as np
-
 from vsa_bringup.peers.signals import Array, second_derivative, state_variable_filter
 
 CUTOFF = 3.0  # of force rate, velocity and acceleration [Hz]

@@ -45,7 +45,10 @@ def run(force: Array, deflection: Array, rate: float, start: Start) -> Array:
         for k in range(force.shape[1]):
             if k:
                 z, jacobian, by_input = _step(z, force_rate[:, k - 1], dt)
-                p = jacobian @ p @ np.swapaxes(jacobian, 1, 2) + rate_variance * by_input[:, :, None] * by_input[:, None, :]
+                p = (
+                    jacobian @ p @ np.swapaxes(jacobian, 1, 2)
+                    + rate_variance * by_input[:, :, None] * by_input[:, None, :]
+                )
             gain = p[:, :, 0] / (p[:, 0, 0] + noise)[:, None]
             z = z + gain * (measured[:, k] - z[:, 0])[:, None]
             reduce = np.tile(np.eye(8), (len(z), 1, 1))

@@ -8,7 +8,6 @@ least squares with forgetting.
 """
 
 import numpy as np
-
 from vsa_bringup.peers.signals import Array, ForgettingLeastSquares, basis, evaluation_point, state_variable_filter
 
 # The best of a grid over slow, multisine and 0.5 Hz motions.
@@ -49,7 +48,9 @@ def fit(
         c = solver.coefficients
         stiffness[part] = np.einsum("snk,sk->sn", slopes[part], c[:, : DEGREE + 1])
         if window < windows:
-            damping[part] = ((c[:, DEGREE + 1] + 3.0 * c[:, DEGREE + 2] * speed[:, window] ** 2) / maximum_speed)[:, None]
+            damping[part] = ((c[:, DEGREE + 1] + 3.0 * c[:, DEGREE + 2] * speed[:, window] ** 2) / maximum_speed)[
+                :, None
+            ]
             solver.add(rows[:, window], target[:, window])
         else:
             damping[part] = damping[:, used - 1 : used]

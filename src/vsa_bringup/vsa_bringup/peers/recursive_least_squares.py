@@ -8,7 +8,6 @@ the force sensor here. The damper is fitted jointly.
 """
 
 import numpy as np
-
 from vsa_bringup.peers.signals import Array, ForgettingLeastSquares, basis, evaluation_point, state_variable_filter
 
 # The best of a grid over slow, multisine and 0.5 Hz motions.

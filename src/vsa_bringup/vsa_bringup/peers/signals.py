@@ -20,8 +20,7 @@ def state_variable_filter(signal: Array, rate: float, cutoff: float) -> tuple[Ar
     denominator = [1.0, 2.0 * w, 2.0 * w**2, w**3]
     first = signal[:, :1]
     value, slope = (
-        lfilter(*bilinear(numerator, denominator, rate), signal - first, axis=1)
-        for numerator in ([w**3], [w**3, 0.0])
+        lfilter(*bilinear(numerator, denominator, rate), signal - first, axis=1) for numerator in ([w**3], [w**3, 0.0])
     )
     return value + first, slope
 
