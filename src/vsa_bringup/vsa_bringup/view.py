@@ -1,0 +1,59 @@
+"""`view`: the live page of one joint, on this computer unless asked otherwise."""
+
+import argparse
+import asyncio
+import contextlib
+import signal
+import sys
+from collections.abc import Sequence
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+from vsa_bringup.view_node import Ear
+from vsa_bringup.view_server import Server, serve
+
+POLL = 0.02  # seconds between two looks at what has arrived
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Serve until Ctrl-C; 1 with one line on stderr where the port cannot be had."""
+    given = list(sys.argv if args is None else ["view", *args])
+    options = _parser().parse_args(remove_ros_args(given)[1:])
+    rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
+    ear = Ear(options.namespace)
+    try:
+        asyncio.run(_run(ear, options.host, options.port))
+    except (OSError, OverflowError) as error:
+        print(f"view: {options.host}:{options.port}: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+    finally:
+        ear.close()
+        rclpy.try_shutdown()
+    return 0
+
+
+async def _run(ear: Ear, host: str, port: int) -> None:
+    server = Server(ear.show.board, ear.words, ear.namespace)
+    task = asyncio.ensure_future(serve(server, host, port, ear.poll, POLL))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, task.cancel)
+    await asyncio.sleep(0.2)  # a port that is taken shows by now
+    if not task.done():
+        shown = f"[{host}]" if ":" in host else host
+        print(f"live page of {ear.namespace}: http://{shown}:{port}/  (Ctrl-C ends it)", flush=True)
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="view", description=__doc__)
+    parser.add_argument("--port", type=int, default=8080, help="TCP port of the page (default: 8080)")
+    text = "address to listen on (default: 127.0.0.1, this computer alone; 0.0.0.0 lets everyone on the network look)"
+    parser.add_argument("--host", default="127.0.0.1", help=text)
+    parser.add_argument("--namespace", default="/vsa", help="the joint's namespace (default: /vsa)")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""Serves the live page and its numbers: the one door to aiohttp."""
+
+import asyncio
+import json
+from collections.abc import Callable
+from importlib.resources import files
+from typing import Any
+from urllib.parse import urlsplit
+
+from aiohttp import WSMsgType, web
+from vsa_bringup.view_core import WIDTH_NS, Board
+
+FRAMES = 12.0  # a second, to each page
+WORDS = 3  # every so many frames the table comes along
+_TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".txt": "text/plain"}
+_POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:; img-src 'self' data:"
+
+
+class Server:
+    """A page, its files, and a WebSocket on which every page gets its own pace."""
+
+    def __init__(self, board: Board, words: Callable[[], dict[str, Any]], title: str) -> None:
+        self._board, self._words, self._title = board, words, title
+        self.application = web.Application()
+        self.application.add_routes([web.get("/ws", self._talk), web.get("/{name:[A-Za-z.]*}", _file)])
+
+    async def _talk(self, request: web.Request) -> web.WebSocketResponse:
+        origin = request.headers.get("Origin")
+        if origin and urlsplit(origin).netloc != request.host:
+            raise web.HTTPForbidden(text="pages of other sites may not look in")
+        socket = web.WebSocketResponse(heartbeat=5.0, compress=False)
+        await socket.prepare(request)
+        sender = asyncio.ensure_future(self._send(socket))
+        try:
+            async for message in socket:
+                if message.type is WSMsgType.ERROR:
+                    break
+        finally:
+            sender.cancel()
+        return socket
+
+    async def _send(self, socket: web.WebSocketResponse) -> None:
+        """Hello, then what is new since the last frame, until the page goes away."""
+        try:
+            await socket.send_str(
+                json.dumps({"hello": self._title, "channels": self._board.channels, "width": 1e-9 * WIDTH_NS})
+            )
+            begin, era, count = 0, self._board.era, 0
+            while not socket.closed:
+                frame: dict[str, Any] = {}
+                if self._board.era != era:
+                    begin, era = 0, self._board.era
+                if self._board.end > begin:
+                    frame = self._board.frame(begin)
+                    begin = frame["end"]
+                if count % WORDS == 0:
+                    frame["words"] = self._words()
+                if frame:
+                    await socket.send_str(json.dumps(frame, separators=(",", ":")))
+                count += 1
+                await asyncio.sleep(1.0 / FRAMES)
+        except (ConnectionError, RuntimeError):  # the page was closed while a frame was under way
+            pass
+
+
+async def _file(request: web.Request) -> web.Response:
+    name = request.match_info["name"] or "index.html"
+    path = files("vsa_bringup") / "static" / name
+    kind = _TYPES.get("." + name.rsplit(".", 1)[-1])
+    if kind is None or not path.is_file():
+        raise web.HTTPNotFound(text=f"no {name} here\n")
+    headers = {"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"}
+    return web.Response(body=path.read_bytes(), content_type=kind, charset="utf-8", headers=headers)
+
+
+async def serve(server: Server, host: str, port: int, work: Callable[[], Any], period: float) -> None:
+    """Serve until cancelled, doing `work` every `period` [s]. Raises OSError where the port is taken."""
+    runner = web.AppRunner(server.application, access_log=None)
+    await runner.setup()
+    try:
+        await web.TCPSite(runner, host, port, shutdown_timeout=1.0).start()
+        while True:
+            work()
+            await asyncio.sleep(period)
+    finally:
+        await runner.cleanup()
