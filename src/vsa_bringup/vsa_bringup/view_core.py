@@ -38,7 +38,7 @@ class Stream:
             self._bins[index] = (list(values), list(values))
             if index > self.newest:
                 self.newest = index
-            while len(self._bins) > KEPT + LATE:
+            while len(self._bins) > KEPT + LATE + 1:  # the late ones and the one that is being filled
                 del self._bins[next(iter(self._bins))]
             return
         low, high = found
