@@ -66,3 +66,28 @@ class JointConfig(Geometry, Limits):
     max_skew: float = quantity(0.005, "s", 1e-6, 10.0, "most time between the stamps of a pair")
     stale_timeout: float = quantity(0.05, "s", 1e-3, 60.0, "silence after which the joint is STALE; at least 5 periods")
     status_period: float = quantity(0.02, "s", 1e-3, 1.0, "period of the watch on silent transmissions")
+
+
+@dataclass(frozen=True)
+class ControlConfig(Geometry, Limits):
+    """Parameters of the stiffness controller."""
+
+    rate: float = quantity(100.0, "Hz", 10.0, 1000.0, "of motor commands")
+    motor_pulley_radius: float = quantity(0.010, "m", 1e-4, 1.0, "tendon travel per radian of a motor")
+    motor_min: float = quantity(-3.0, "rad", -1e4, 1e4, "least motor position")
+    motor_max: float = quantity(8.0, "rad", -1e4, 1e4, "greatest motor position")
+    rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of a step of the equilibrium")
+    smoothing_time: float = quantity(0.07, "s", 1e-3, 10.0, "time constant of a step of stiffness by a factor 2")
+    stiffness_gain: float = quantity(1.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness")
+    equilibrium_gain: float = quantity(0.5, "", 0.0, 5.0, "proportional gain on the unloaded equilibrium")
+    equilibrium_integral: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the unloaded equilibrium")
+    dead_band: float = quantity(0.003, "rad", 0.0, 0.1, "error of the equilibrium that is left alone")
+    correction_max: float = quantity(0.3, "rad", 0.0, 3.0, "most that the loop moves the equilibrium")
+    load_time: float = quantity(1.0, "s", 0.01, 60.0, "time over which the external torque counts as steady load")
+    error_warn: float = quantity(0.05, "", 0.0, 10.0, "predicted relative error of the stiffness from which on to warn")
+    error_max: float = quantity(0.3, "", 0.0, 10.0, "predicted relative error of the stiffness from which on to refuse")
+    input_timeout: float = quantity(0.06, "s", 0.01, 10.0, "age of an estimate or measurement after which motors hold")
+    command_timeout: float = quantity(0.5, "s", 0.01, 60.0, "silence of stiffness_command after which motors hold")
+    dither_amplitude: float = quantity(0.0, "m", 0.0, 0.005, "most that self-excitation may move a rod; 0: never")
+    dither_frequency: float = quantity(0.2, "Hz", 0.01, 10.0, "of the self-excitation")
+    dither_error: float = quantity(0.02, "", 1e-4, 10.0, "predicted error of the stiffness that calls for excitation")
