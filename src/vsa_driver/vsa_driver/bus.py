@@ -55,10 +55,15 @@ class Bus:
         self._bus = bus
         self.name = name
 
-    def send(self, arbitration_id: int, data: bytes, extended: bool = False, fd: bool = False) -> None:
-        """Send one frame. Raises BusError when the bus does not take it."""
+    def send(
+        self, arbitration_id: int, data: bytes, extended: bool = False, fd: bool = False, error: bool = False
+    ) -> None:
+        """Send one frame, or an error frame where an interface can. Raises BusError when the bus does not take it."""
+        frame = can.Message(
+            arbitration_id=arbitration_id, data=data, is_extended_id=extended, is_fd=fd, is_error_frame=error
+        )
         try:
-            self._bus.send(can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=extended, is_fd=fd))
+            self._bus.send(frame)
         except (can.CanError, OSError, ValueError) as error:
             raise BusError(f"{self.name}: {_reason(error)}") from error
 

@@ -1,15 +1,7 @@
 """The frames that the simulated rig sends and takes, as config/vsa_rig.dbc has them."""
 
-from typing import NamedTuple
-
 from vsa_driver.frames import FrameSet, Message
-
-
-class Outgoing(NamedTuple):
-    """A frame to send."""
-
-    arbitration_id: int
-    data: bytes
+from vsa_driver.rig.faults import Outgoing
 
 
 class RigFrames:

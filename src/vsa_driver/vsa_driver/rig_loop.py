@@ -2,11 +2,15 @@
 
 import threading
 import time
+from collections import deque
+from collections.abc import Callable, Sequence
 
-from vsa_driver.bus import Bus, BusError, MalformedFrame
+from vsa_driver.bus import Bus, BusError, Frame, MalformedFrame
 from vsa_driver.frames import FrameError
+from vsa_driver.rig.failure import Event
+from vsa_driver.rig.faults import Faults, Outgoing
 from vsa_driver.rig.rig import Rig
-from vsa_driver.rig_frames import Outgoing, RigFrames
+from vsa_driver.rig_frames import RigFrames
 from vsa_driver.rig_pacing import Pacer
 from vsa_driver.rig_truth import TruthFile
 
@@ -14,20 +18,38 @@ _IDLE_S = 0.01  # between two looks at the bus while the clock stands
 _BREATH_S = 0.0005  # between two bursts, for those who read the bus
 _READ_AT_MOST = 64  # frames taken from the bus between two samples
 
+Readout = tuple[float, ...]
+_SENSORS = (("force", 1), ("force", 2), ("encoder", 1), ("encoder", 2), ("angle", 1), ("torque", 1))
+
 
 class RigLoop:
-    """Runs `rig` on `bus` until `close`, for `samples` samples; their truth goes to `truth`."""
+    """Runs `rig` on `bus` until `close`, for `samples` samples; their truth goes to `truth`.
+
+    `events` happen at their times; `on_event`, called from the rig's thread, is told of each with its sample.
+    """
 
     def __init__(
-        self, rig: Rig, bus: Bus, frames: RigFrames, slow_every: int, samples: int | None, truth: TruthFile | None
+        self,
+        rig: Rig,
+        bus: Bus,
+        frames: RigFrames,
+        slow_every: int,
+        samples: int | None = None,
+        truth: TruthFile | None = None,
+        events: Sequence[Event] = (),
+        on_event: Callable[[Event, int], None] = lambda event, sample: None,
     ) -> None:
         self.commands = 0  # frames taken
         self.bad_frames = 0  # command frames that were none, datagrams that were no frames
         self.send_failures = 0
         self.reason = ""  # of the last failure to send
+        self.faults = Faults(rig.config.rate_hz, rig.config.sensors, rig.config.seed)
         self._rig, self._bus, self._frames, self._truth = rig, bus, frames, truth
         self._slow_every = slow_every
         self._samples = samples
+        self._events = deque(events)
+        self._at_once: deque[Event] = deque()
+        self._on_event = on_event
         self._pacer = Pacer(rig.config.rate_hz)
         self._wanted = threading.Event()  # whether the clock shall run
         self._closing = threading.Event()
@@ -57,6 +79,10 @@ class RigLoop:
     def holding(self) -> bool:
         """Whether the motors hold because commands have stopped."""
         return self._rig.holding
+
+    def happen(self, event: Event) -> None:
+        """Let `event` happen with the next sample."""
+        self._at_once.append(event)
 
     def open(self) -> None:
         """Begin, with the clock standing."""
@@ -96,24 +122,47 @@ class RigLoop:
     def _step(self) -> None:
         if self.done:
             return
+        self._take_events()
         first, truth, readings = self._rig.advance(1)
-        forces, counts = readings.forces[0].tolist(), readings.counts[0].tolist()
+        said = (*readings.forces[0].tolist(), *readings.counts[0].tolist(), readings.angle[0], readings.torque[0])
+        if self.faults.active:
+            self.faults.expire(first)
+            said = self._misread(said, first)
         for side in range(2):
-            self._send(self._frames.transmission(side, first, forces[side], int(counts[side])))
+            self._send(self._frames.transmission(side, first, said[side], int(said[2 + side])), side + 1)
         number, rest = divmod(first, self._slow_every)
         if rest == 0:
+            self._send(self._frames.joint(number, said[4], said[5]))
             motor_1, motor_2 = readings.motors[0].tolist()
-            self._send(self._frames.joint(number, float(readings.angle[0]), float(readings.torque[0])))
             self._send(self._frames.motors(number, (motor_1, motor_2), self._rig.holding))
         if self._truth is not None:
             self._truth.write(first, truth[0].tolist())
 
-    def _send(self, frame: Outgoing) -> None:
-        try:
-            self._bus.send(frame.arbitration_id, frame.data)
-        except BusError as error:
-            self.send_failures += 1
-            self.reason = str(error)
+    def _take_events(self) -> None:
+        while self._events and self._events[0].at <= self._rig.time:
+            self._at_once.append(self._events.popleft())
+        while self._at_once:
+            event = self._at_once.popleft()
+            if event.failure is not None:
+                self.faults.inject(event.failure, self._rig.sample)
+            if event.push is not None:
+                self._rig.push = event.push
+            self._on_event(event, self._rig.sample)
+
+    def _misread(self, said: Readout, sample: int) -> Readout:
+        return tuple(
+            self.faults.reading(component, instance, value, sample)
+            for (component, instance), value in zip(_SENSORS, said, strict=True)
+        )
+
+    def _send(self, frame: Outgoing, transmission: int = 0) -> None:
+        going = self.faults.frames(transmission, frame, self._rig.sample - 1)
+        for arbitration_id, data, error in going:
+            try:
+                self._bus.send(arbitration_id, data, error=error)
+            except BusError as failure:
+                self.send_failures += 1
+                self.reason = str(failure)
 
     def _listen(self) -> None:
         for _ in range(_READ_AT_MOST):
@@ -121,7 +170,7 @@ class RigLoop:
                 frame = self._bus.receive(0.0)
                 if frame is None:
                     return
-                if frame.arbitration_id == self._frames.command_id and not frame.is_error_frame:
+                if self._for_the_rig(frame):
                     motor_1, motor_2 = self._frames.read_command(bytes(frame.data))
                     self._rig.command(motor_1, motor_2)
                     self.commands += 1
@@ -130,3 +179,6 @@ class RigLoop:
             except BusError as error:
                 self.reason = str(error)
                 return
+
+    def _for_the_rig(self, frame: Frame) -> bool:
+        return frame.arbitration_id == self._frames.command_id and not frame.is_error_frame and not self.faults.silent

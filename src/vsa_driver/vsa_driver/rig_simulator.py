@@ -4,7 +4,9 @@ import gc
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
+import yaml
 from std_srvs.srv import Trigger
 from vsa_common.configuration import ConfigurationError, flag, group, quantity, words
 from vsa_common.node import OK, STEADY, WARN, Health, SuiteNode, run
@@ -12,10 +14,12 @@ from vsa_driver.bus import BusConfig, open_bus
 from vsa_driver.frames import FrameError
 from vsa_driver.mapping import load_frames
 from vsa_driver.rig.config import RigConfig
+from vsa_driver.rig.failure import Event, FailureError, parse, scenario
 from vsa_driver.rig.rig import Rig
 from vsa_driver.rig_frames import RigFrames
 from vsa_driver.rig_loop import RigLoop
 from vsa_driver.rig_truth import TruthFile
+from vsa_msgs.srv import InjectFailure
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,7 @@ class SimulatorConfig(RigConfig):
     slow_frames_every: int = quantity(5, "sample", 1, 1000, "joint and motor state are sent once in so many samples")
     duration: float = quantity(0.0, "s", 0.0, 1e9, "time after which the rig stands still; 0: never")
     truth_file: str = words("", "CSV file for the truth of every sample; empty: none")
+    scenario: str = words("", "YAML file of failures and pushes with their times; empty: none")
     autostart_clock: bool = flag(True, "let the rig's clock run at once; else the service ~/start does")
 
 
@@ -42,24 +47,26 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
             frames = RigFrames(load_frames(config.dbc))
         except FrameError as error:
             raise ConfigurationError(f"dbc = {config.dbc!r}: {error}") from error
+        events = _events(config.scenario)
         begin = time.monotonic()
         Rig(config).advance(1)  # compiles, or loads what was compiled before
         samples = round(config.duration * config.rate_hz) if config.duration else None
         bus = open_bus(config.bus)
         try:
             truth = TruthFile(config.truth_file) if config.truth_file else None
-        except OSError:
+        except OSError as error:
             bus.close()
-            raise
+            raise ConfigurationError(f"truth_file = {config.truth_file!r}: {error.strerror}") from error
         bus.ignore(frames.sent_ids)
         gc.freeze()
-        self._loop = RigLoop(Rig(config), bus, frames, config.slow_frames_every, samples, truth)
+        self._loop = RigLoop(Rig(config), bus, frames, config.slow_frames_every, samples, truth, events, self._on_event)
         self._loop.open()
         self._told = False
         self._seen_overruns = self._seen_failures = 0
         self._own_services = [
             self.create_service(Trigger, "~/start", self._on_start),
             self.create_service(Trigger, "~/stop", self._on_stop),
+            self.create_service(InjectFailure, "~/failure", self._on_failure),
         ]
         self._timer = self.create_timer(0.1, self._tell_when_done, clock=STEADY)
         self.get_logger().info(f"rig ready at {config.rate_hz} Hz after {time.monotonic() - begin:.1f} s on {bus.name}")
@@ -84,11 +91,14 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
             "commands": loop.commands,
             "bad_frames": loop.bad_frames,
             "motors": "holding" if loop.holding else "moving",
+            "failures": ", ".join(map(str, loop.faults.active)) or "none",
         }
         late, failed = loop.overruns - self._seen_overruns, loop.send_failures - self._seen_failures
         self._seen_overruns, self._seen_failures = loop.overruns, loop.send_failures
         if failed:
             return WARN, f"{failed} frames not sent in the last second: {loop.reason}", values
+        if loop.faults.active:
+            return WARN, f"failures injected: {values['failures']}", values
         if late:
             return WARN, f"{late} samples late in the last second", values
         return OK, state, values
@@ -103,11 +113,34 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
         response.success, response.message = True, f"clock stopped at sample {self._loop.sent}"
         return response
 
+    def _on_failure(self, request: InjectFailure.Request, response: InjectFailure.Response) -> InjectFailure.Response:
+        try:
+            failure = parse(request.failure)
+        except FailureError as error:
+            response.message = str(error)
+            return response
+        self._loop.happen(Event(0.0, failure))
+        response.success, response.message = True, str(failure)
+        return response
+
+    def _on_event(self, event: Event, sample: int) -> None:
+        what = f"failure {event.failure}" if event.failure else f"push {event.push} N m"
+        self.get_logger().info(f"{what} from sample {sample}, {sample / self.config.rate_hz:.3f} s")
+
     def _tell_when_done(self) -> None:
         if self._loop.done and not self._told:
             self._told = True
             late, failed = self._loop.overruns, self._loop.send_failures
             self.get_logger().info(f"done: {self._loop.sent} samples, {late} late, {failed} frames not sent")
+
+
+def _events(path: str) -> tuple[Event, ...]:
+    if not path:
+        return ()
+    try:
+        return scenario(yaml.safe_load(Path(path).read_text()))
+    except (OSError, yaml.YAMLError, FailureError) as error:
+        raise ConfigurationError(f"scenario = {path!r}: {' '.join(str(error).split())}") from error
 
 
 def main() -> int:
