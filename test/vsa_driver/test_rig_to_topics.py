@@ -1,0 +1,141 @@
+"""Simulated rig and driver as two processes with a CAN bus between them, against the rig's own truth."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import rclpy
+from geometry_msgs.msg import WrenchStamped
+from rclpy.experimental import EventsExecutor
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+from vsa_common.node import RELIABLE
+from vsa_common.stamps import nanoseconds
+from vsa_common.tables import read_columns
+from vsa_msgs.msg import CaptureCounters
+
+DOMAIN = 20 + (os.getpid() + 40) % 80
+RATE_HZ, SAMPLES = 200, 900
+BUS = f"bus.options:=['hop_limit=0','port={43000 + os.getpid() % 1000}']"
+WRAPS_AT_M = 0.011  # the encoder's count starts so that it wraps here, in the middle of the motion
+
+
+def start(executable, *parameters):
+    arguments = [word for parameter in (BUS, *parameters) for word in ("-p", parameter)]
+    environment = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    return subprocess.Popen(
+        [sys.executable, "-m", f"vsa_driver.{executable}", "--ros-args", *arguments], env=environment
+    )
+
+
+class Listener:
+    """Subscriber to the samples of both transmissions."""
+
+    def __init__(self):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        self.node = rclpy.create_node("listener", namespace="vsa", context=self.context)
+        self.executor = EventsExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.motors = []
+        self.samples = {
+            name: {"force": {}, "encoder": {}, "number": {}} for name in ("transmission_1", "transmission_2")
+        }
+        for name, kept in self.samples.items():
+            self.listen(
+                WrenchStamped, f"{name}/force", lambda m, k=kept: k["force"].update({stamp(m): m.wrench.force.x})
+            )
+            self.listen(JointState, f"{name}/encoder", lambda m, k=kept: k["encoder"].update({stamp(m): m.position[0]}))
+            self.listen(CaptureCounters, f"{name}/capture_counters", lambda m, k=kept: k["number"].update(numbers(m)))
+        self.listen(JointState, "motor_states", lambda m: self.motors.append(list(m.position)))
+
+    def listen(self, kind, topic, callback):
+        self.node.create_subscription(kind, topic, callback, RELIABLE)
+
+    def until(self, true, timeout=40.0):
+        end = time.monotonic() + timeout
+        while not true():
+            assert time.monotonic() < end, "timeout"
+            self.executor.spin_once(timeout_sec=0.01)
+
+    def call(self, kind, service, request):
+        client = self.node.create_client(kind, service)
+        self.until(client.service_is_ready)
+        future = client.call_async(request)
+        self.until(future.done)
+        return future.result()
+
+    def connected(self):
+        """Whether the driver's publishers have found this node."""
+        topics = [f"/vsa/{name}/{topic}" for name in self.samples for topic in ("force", "encoder", "capture_counters")]
+        return all(self.node.count_publishers(topic) for topic in topics)
+
+
+def stamp(message):
+    return nanoseconds(message.header.stamp)
+
+
+def numbers(message):
+    return {nanoseconds(at): number for at, number in zip(message.stamp, message.counter, strict=True)}
+
+
+@pytest.fixture
+def listener(tmp_path):
+    _, rig = processes = [
+        start("driver", f"transmission_1.encoder_offset:={WRAPS_AT_M}", f"transmission_2.encoder_offset:={WRAPS_AT_M}"),
+        start(
+            "rig_simulator", f"rate_hz:={RATE_HZ}", f"duration:={SAMPLES / RATE_HZ}", "autostart_clock:=false",
+            f"truth_file:={tmp_path / 'truth.csv'}", f"sensors.encoder_start:={65536 - round(WRAPS_AT_M * 1e5)}",
+            "profile.kind:=hold",
+        ),
+    ]  # fmt: skip
+    listener = Listener()
+
+    def end_rig():
+        rig.send_signal(signal.SIGINT)
+        return rig.wait(10.0)
+
+    listener.end_rig = end_rig
+    yield listener
+    for process in processes:
+        process.send_signal(signal.SIGINT)
+    codes = [process.wait(10.0) for process in processes]
+    listener.node.destroy_node()
+    rclpy.shutdown(context=listener.context)
+    assert codes == [0, 0]
+
+
+def test_every_sample_of_the_rig_arrives_with_its_number_and_the_motors_obey_once_armed(listener, tmp_path):
+    listener.until(listener.connected)
+    assert listener.call(Trigger, "rig_simulator/start", Trigger.Request()).success
+    listener.until(lambda: len(listener.motors) > 5)
+    at_first = listener.motors[-1]
+    assert listener.call(SetBool, "driver/arm", SetBool.Request(data=True)).success
+    commands = listener.node.create_publisher(JointState, "motor_commands", RELIABLE)
+    goal = [at_first[0] + 0.3, at_first[1] + 0.3]
+    begin = time.monotonic()
+    while (elapsed := time.monotonic() - begin) < 2.0:
+        part = min(elapsed, 1.0)
+        now = [first + part * (last - first) for first, last in zip(at_first, goal, strict=True)]
+        commands.publish(JointState(name=["motor_2", "motor_1"], position=now[::-1]))
+        listener.executor.spin_once(timeout_sec=0.01)
+    np.testing.assert_allclose(listener.motors[-1], goal, atol=2e-3)
+
+    listener.until(lambda: all(len(kept["number"]) == SAMPLES for kept in listener.samples.values()))
+    assert listener.end_rig() == 0  # its truth is complete when it has ended
+    truth = read_columns(tmp_path / "truth.csv", ["force_1", "force_2", "deflection_1", "deflection_2"])
+    for i, kept in enumerate(listener.samples.values(), 1):
+        assert sorted(kept["number"].values()) == list(range(SAMPLES))
+        assert kept["force"].keys() == kept["encoder"].keys() == kept["number"].keys()
+        order = sorted(kept["number"], key=kept["number"].get)
+        force_error = np.array([kept["force"][at] for at in order]) - truth[f"force_{i}"]
+        deflection_error = np.array([kept["encoder"][at] for at in order]) - truth[f"deflection_{i}"]
+        assert np.ptp(truth[f"deflection_{i}"]) > 5e-4
+        assert np.abs(force_error).max() < 6 * 0.017
+        assert np.std(force_error) == pytest.approx(0.017, rel=0.15)
+        assert np.abs(deflection_error).max() < 6e-5 + 1e-5
+    assert np.min(truth["deflection_1"]) < WRAPS_AT_M < np.max(truth["deflection_1"])
