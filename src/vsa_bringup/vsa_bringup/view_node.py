@@ -14,7 +14,7 @@ from vsa_common.stamps import nanoseconds
 from vsa_estimator.recordings import decode_joint_state
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
-DEPTH = 500  # messages between two polls, at most
+DEPTH = 4000  # messages that wait while this computer is busy elsewhere
 _WATCHING = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)  # never holds a controller up
 _COUNTING = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)  # what is lost here is no lost frame
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

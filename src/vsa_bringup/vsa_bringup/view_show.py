@@ -82,8 +82,8 @@ class SideShow:
         }
 
     def _quantity(self, name: str) -> dict[str, Any]:
-        at = self._at[name]
-        return quantity(*self._values[at : at + 2], bool(self._values[at + 2]))
+        value, variance, valid = self._values[self._at[name] :][:3]
+        return quantity(value, variance, bool(valid))
 
     def _value(self, name: str) -> float | None:
         return self._values[self._at[name]] if self._values else None
@@ -134,7 +134,8 @@ class JointShow:
         }
         for name in _JOINT:
             if values:
-                found[name] = quantity(*values[at[name] : at[name] + 2], bool(values[at[name] + 2]))
+                value, variance, valid = values[at[name] :][:3]
+                found[name] = quantity(value, variance, bool(valid))
         return found
 
 
