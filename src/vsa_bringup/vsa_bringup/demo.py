@@ -36,6 +36,8 @@ PARTS = (
 )
 VIEW = Part("view", "vsa_bringup", "view", nice=10)
 MADE = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
+END_S = 5.0  # for the last samples to arrive on a busy machine
+Arrivals = list[tuple[int, int]]
 _EXPECTED = (ProcessError, IsolationError, ScenarioError, ConfigurationError, BagError, TableError, OSError)
 
 
@@ -46,8 +48,8 @@ def main(args: Sequence[str] | None = None) -> int:
         signal.signal(number, _interrupt)
     try:
         scenario = load_scenario(options.scenario, options)
-        latencies_ns = perform(options, scenario)
-        summary = conclude(options.out, latencies_ns, scenario)
+        arrivals_ns = perform(options, scenario)
+        summary = conclude(options.out, arrivals_ns, scenario)
     except KeyboardInterrupt:
         print(f"demo: stopped; what was recorded until then is in {options.out / 'bag'}", file=sys.stderr)
         return 130
@@ -59,8 +61,8 @@ def main(args: Sequence[str] | None = None) -> int:
     return 0
 
 
-def perform(options: argparse.Namespace, scenario: Scenario) -> list[int]:
-    """Bring the suite up, let the rig's clock run, take all down; latencies of the joint's messages [ns]."""
+def perform(options: argparse.Namespace, scenario: Scenario) -> Arrivals:
+    """Bring the suite up, let the rig's clock run, take all down; arrivals of the joint's messages."""
     folder: Path = options.out
     clear(folder)
     corner = claim_corner()
@@ -75,16 +77,16 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> list[int]:
         stage.request("rig_simulator/start")
         scenario.begin(stage.node)
         _watch(stage, options.duration, bar)
-    return stage.latencies_ns
+    return stage.arrivals_ns
 
 
-def conclude(folder: Path, latencies_ns: Sequence[int], scenario: Scenario) -> dict[str, Any]:
+def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario) -> dict[str, Any]:
     """Judge, show and report the run in `folder`; the content of summary.json."""
     from vsa_bringup.report import write
     from vsa_bringup.verdict import show, summarise
 
     with progress(None, "reading the bag"):
-        summary = summarise(folder, latencies_ns)
+        summary = summarise(folder, arrivals_ns)
     figures = scenario.judge(folder)
     if figures:
         summary["scenario"] = figures
@@ -135,7 +137,7 @@ def _watch(stage: Stage, duration: float, bar: Bar) -> None:
         done += step
         bar.advance(step, "measuring")
     bar.advance(0.0, "stopping")
-    stage.spin_until_silent(duration)
+    stage.spin_until_silent(END_S)
 
 
 def _interrupt(*_: object) -> None:

@@ -1,5 +1,6 @@
 """Nodes as processes of their own that never outlive the one that started them."""
 
+import contextlib
 import ctypes
 import os
 import signal
@@ -52,6 +53,8 @@ class Process:
             if os.getppid() != parent:  # it died before we asked to be told
                 os._exit(1)
             os.nice(nice)
+            with contextlib.suppress(OSError):  # where the kernel weighs sessions, not processes
+                Path("/proc/self/autogroup").write_text(str(nice))
 
         with log.open("wb") as output:
             self._popen = subprocess.Popen(

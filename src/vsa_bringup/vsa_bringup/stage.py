@@ -5,6 +5,7 @@ import struct
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -20,12 +21,12 @@ from vsa_bringup.processes import Group, ProcessError, executable
 from vsa_bringup.topics import suite_topics
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import NANOSECONDS
-from vsa_msgs.msg import JointImpedance
+from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 READY_S = 60.0  # for all processes to be active, on a busy machine
 ANSWER_S = 5.0  # for a service to answer
 SETTLE_S = 0.5  # for the last readers and writers to find each other
-SILENCE_S = 0.5  # without a joint message after the end of a run, nothing more will come
+SILENCE_S = 0.5  # the driver tells ten times a second which samples it had
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,10 @@ class Part:
 
 
 class Stage:
-    """The processes of one run and a node of our own among them. Leaving the `with` block ends all of it."""
+    """The processes of one run and a node of our own among them. Leaving the `with` block ends all of it.
+
+    `arrivals_ns` are stamp and time of arrival of every joint message that our node, a subscriber as any other, got.
+    """
 
     def __init__(self, environment: Mapping[str, str], logs: Path, namespace: str = "/vsa") -> None:
         os.environ.update(environment)
@@ -55,11 +59,12 @@ class Stage:
         self.node: Node = rclpy.create_node("stage", namespace=namespace)
         self._executor = EventsExecutor()
         self._executor.add_node(self.node)
-        self.latencies_ns: list[int] = []
-        self._heard = time.monotonic()
-        self._stamp_ns = 0
+        self.arrivals_ns: list[tuple[int, int]] = []
+        self._counted = time.monotonic()
         self._states: dict[str, Any] = {}
+        counters = "transmission_1/capture_counters"
         self.node.create_subscription(JointImpedance, "joint_impedance", self._on_joint, RELIABLE, raw=True)
+        self.node.create_subscription(CaptureCounters, counters, self._on_counters, RELIABLE, raw=True)
 
     def __enter__(self) -> "Stage":
         return self
@@ -78,7 +83,8 @@ class Stage:
 
     def wait_until_active(self, *names: str) -> None:
         """Return when these nodes are active. Raises ProcessError for one that dies or takes too long."""
-        self._until(lambda: not self._inactive(names), lambda: ", ".join(self._inactive(names)) + " not active")
+        for name in names:
+            self._until(partial(self._is_active, name), lambda name=name: f"{name} is not active")  # type: ignore[misc]
 
     def activate(self, name: str) -> None:
         """Configure and activate a node that waits for it (`autostart` false)."""
@@ -118,26 +124,22 @@ class Stage:
         self.group.check()
 
     def spin_until_silent(self, limit: float) -> None:
-        """Return when no joint message has come for a while, or after `limit` [s]."""
+        """Return when the driver has had no sample for a while, or after `limit` [s]."""
         end = time.monotonic() + limit
-        self._heard = time.monotonic()
-        while time.monotonic() < min(self._heard + SILENCE_S, end):
+        self._counted = time.monotonic()
+        while time.monotonic() < min(self._counted + SILENCE_S, end):
             self._executor.spin_once(timeout_sec=SILENCE_S)
 
     def _on_joint(self, data: bytes) -> None:
         # the header's stamp, right behind the four bytes of the encapsulation
         seconds, nanoseconds = struct.unpack_from("<iI", data, 4)
-        stamp_ns = seconds * NANOSECONDS + nanoseconds
-        if stamp_ns > self._stamp_ns:  # otherwise it only says that the sensors are silent
-            self.latencies_ns.append(time.time_ns() - stamp_ns)
-            self._stamp_ns = stamp_ns
-            self._heard = time.monotonic()
+        self.arrivals_ns.append((seconds * NANOSECONDS + nanoseconds, time.time_ns()))
+
+    def _on_counters(self, _: bytes) -> None:
+        self._counted = time.monotonic()
 
     def _is_connected(self, topic: str, written: Sequence[str]) -> bool:
         return topic in written and self.node.count_subscribers(topic) > 0
-
-    def _inactive(self, names: Sequence[str]) -> list[str]:
-        return [name for name in names if not self._is_active(name)]
 
     def _is_active(self, name: str) -> bool:
         if name not in self._states:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from vsa_bringup.recorded import Recorded
 from vsa_bringup.settings import coefficients
-from vsa_bringup.summary import Z95, Geometry, joint_summary, latency_summary, transmission_summary
+from vsa_bringup.summary import UNKNOWN, Z95, Geometry, Integers, joint_summary, latency_summary, transmission_summary
 from vsa_bringup.topics import TRANSMISSIONS
 from vsa_common.configuration import flatten, load
 from vsa_common.tables import read_columns
@@ -20,9 +20,10 @@ TRUTH = tuple(f"{name}_{side}" for side in (1, 2) for name in ("stiffness", "dam
 PAPER_UNITS = {"k2": (1e-3, "1/mm"), "d2": (1e-9, "N s^3/mm^3"), "inertia": (1.0, "kg")}
 
 
-def summarise(folder: Path, latencies_ns: Sequence[int]) -> dict[str, Any]:
+def summarise(folder: Path, arrivals_ns: Sequence[tuple[int, int]]) -> dict[str, Any]:
     """The content of summary.json for the run whose bag, truth.csv and parameters.yaml are in `folder`.
 
+    `arrivals_ns` are stamp and time of arrival of each joint message at a subscriber.
     Raises BagError, TableError or ConfigurationError where one of them cannot be read.
     """
     parameters = folder / "parameters.yaml"
@@ -39,8 +40,19 @@ def summarise(folder: Path, latencies_ns: Sequence[int]) -> dict[str, Any]:
         "duration_s": len(truth["stiffness_1"]) / rig.rate_hz,
         "transmissions": transmissions,
         "joint": joint_summary(recorded.joint(), truth, _geometry(rig)),
-        "latency_ms": latency_summary(np.array(latencies_ns, dtype=np.int64)),
+        "latency_ms": latency_summary(_latencies(recorded, arrivals_ns)),
     }
+
+
+def _latencies(recorded: Recorded, arrivals_ns: Sequence[tuple[int, int]]) -> Integers:
+    """From the capture of a frame to the arrival of the joint's message with its stamp [ns].
+
+    A message with another stamp only says that the sensors are silent.
+    """
+    stamp_ns, arrival_ns = np.array(arrivals_ns, dtype=np.int64).reshape(-1, 2).T
+    of_frame = np.any([recorded.frames(side).samples(stamp_ns) != UNKNOWN for side in TRANSMISSIONS], axis=0)
+    latency_ns: Integers = (arrival_ns - stamp_ns)[of_frame]
+    return latency_ns
 
 
 def _geometry(rig: SimulatorConfig) -> Geometry:
