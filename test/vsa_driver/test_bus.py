@@ -2,6 +2,8 @@
 
 import socket
 import struct
+import subprocess
+import sys
 
 import pytest
 from vsa_driver.bus import BusConfig, BusError, MalformedFrame, open_bus, parse_options
@@ -45,6 +47,21 @@ def test_ignored_identifiers_stay_in_the_kernel_and_all_others_arrive():
         heard = [receiver.receive(1.0).arbitration_id for _ in range(5)]
         assert receiver.receive(0.0) is None
     assert heard == [0x100, 0x20, 0x200, 0x7FF, 0x18FF0102]
+
+
+def test_a_machine_without_any_network_still_has_its_bus():
+    script = (
+        "from vsa_driver.bus import BusConfig, open_bus\n"
+        "with open_bus(BusConfig()) as sender, open_bus(BusConfig()) as receiver:\n"
+        "    sender.send(0x101, b'abc')\n"
+        "    frame = receiver.receive(2.0)\n"
+        "    print(hex(frame.arbitration_id), bytes(frame.data), frame.timestamp > 1.6e9)\n"
+    )
+    isolated = ["unshare", "--map-root-user", "--net", "sh", "-c", 'ip link set lo up && exec "$0" -c "$1"']
+    if subprocess.run([*isolated[:3], "true"], capture_output=True, check=False).returncode:
+        pytest.skip("network namespaces are not permitted here")
+    run = subprocess.run([*isolated, sys.executable, script], capture_output=True, text=True, check=False)
+    assert (run.stdout.strip(), run.stderr) == ("0x101 b'abc' True", "")
 
 
 def test_a_datagram_that_is_no_frame_is_told_from_a_failing_bus():

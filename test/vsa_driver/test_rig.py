@@ -1,6 +1,9 @@
 """The rig as one object: sensors, motors with their watchdog, blocks, seeds."""
 
 import ast
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,6 +35,25 @@ def test_blocks_of_any_size_give_the_same_rig():
     for name in whole.readings._fields:
         together = np.concatenate([getattr(b.readings, name) for b in blocks])
         np.testing.assert_array_equal(together, getattr(whole.readings, name))
+
+
+def test_plain_python_computes_what_the_compiled_code_does():
+    script = (
+        "from vsa_driver.rig.config import RigConfig, FrictionConfig; from vsa_driver.rig.rig import Rig;"
+        "rig = Rig(RigConfig(rate_hz=2000, friction=FrictionConfig(model='lugre')));"
+        "print(*map(repr, rig.advance(12).truth[-1].tolist()))"
+    )
+    plain, compiled = (
+        subprocess.run(
+            [sys.executable, "-c", script],
+            env=os.environ | {"VSA_NO_NUMBA": word},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout.split()
+        for word in ("1", "")
+    )
+    np.testing.assert_allclose(np.array(plain, float), np.array(compiled, float), rtol=1e-9, atol=1e-15)
 
 
 def test_another_seed_gives_other_noise_about_the_same_truth():

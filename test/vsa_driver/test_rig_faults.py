@@ -208,15 +208,17 @@ def test_the_same_seed_fails_in_the_same_way():
     assert one == two
 
 
-def test_every_type_has_its_words_and_works_where_it_is_supported():
+def test_every_type_works_on_every_component_that_supports_it():
+    supported = 0
     for component in INSTANCES:
         for kind in TYPES:
             try:
                 injected = faults(f"{component} {kind}")
-            except FailureError as error:
-                assert "unsupported" in str(error)
+            except FailureError:
                 continue
+            supported += 1
             if component == "can_signal":
                 injected.frames(1, Outgoing(1, bytes(7)), 0)
             else:
                 assert np.isfinite(injected.reading(component, 1, 12.0, 0))
+    assert supported == 4 * 12 + 1 + 10

@@ -5,6 +5,7 @@ without CAN hardware `udp_multicast`; inside one process `virtual`.
 """
 
 import contextlib
+import errno
 import importlib
 import inspect
 import logging
@@ -16,6 +17,7 @@ from typing import Any
 
 import can
 from can.interfaces.udp_multicast import UdpMulticastBus
+from can.interfaces.udp_multicast.bus import SO_TIMESTAMPNS, GeneralPurposeUdpMulticastBus
 from can.interfaces.udp_multicast.utils import pack_message
 from vsa_common.configuration import quantity, words
 from vsa_driver.socket_filter import drop_datagrams
@@ -114,12 +116,46 @@ def open_bus(config: BusConfig) -> Bus:
     options: dict[str, Any] = {"bitrate": config.bitrate} | parse_options(config.options)
     try:
         _check_options(config.interface, options, name)
-        bus = can.Bus(interface=config.interface, channel=config.channel, ignore_config=True, **options)
+        bus = _open(config.interface, config.channel, options)
     except (can.CanError, NotImplementedError, ImportError, OSError, ValueError, TypeError) as error:
         raise BusError(f"cannot open {name}: {_reason(error)}") from error
     opened = Bus(bus, name)
     _tune_socket(opened.fileno(), config)
     return opened
+
+
+def _open(interface: str, channel: str, options: dict[str, Any]) -> can.BusABC:
+    try:
+        return can.Bus(interface=interface, channel=channel, ignore_config=True, **options)
+    except can.CanInitializationError as error:
+        unrouted = isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ENODEV
+        if interface != "udp_multicast" or options.get("hop_limit") != 0 or not unrouted:
+            raise
+        return _LoopbackBus(channel, **options)
+
+
+class _LoopbackSocket(GeneralPurposeUdpMulticastBus):
+    """Joined on the loopback interface by its address; python-can asks the routing table, which may be empty."""
+
+    def _create_socket(self, address_family: socket.AddressFamily) -> socket.socket:
+        loopback = socket.inet_aton("127.0.0.1")
+        handle = socket.socket(address_family, socket.SOCK_DGRAM)
+        for option in (socket.SO_REUSEADDR, socket.SO_REUSEPORT, SO_TIMESTAMPNS):
+            handle.setsockopt(socket.SOL_SOCKET, option, 1)
+        self.timestamp_nanosecond = True
+        handle.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, loopback)
+        handle.bind(("", self.port))
+        handle.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(self.group) + loopback)
+        return handle
+
+
+class _LoopbackBus(UdpMulticastBus):
+    """udp_multicast within a machine that has no network."""
+
+    def __init__(self, channel: str, port: int = 43113, fd: bool = True, **_: Any) -> None:
+        can.BusABC.__init__(self, channel)
+        self._multicast = _LoopbackSocket(channel, port, 0)
+        self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
 
 
 def parse_options(options: tuple[str, ...]) -> dict[str, bool | int | float | str]:
