@@ -26,12 +26,13 @@ def test_with_friction_the_experiment_agrees_with_the_rig_and_the_estimate_with_
     assert found.damping == pytest.approx(o.truth.damping, rel=0.03)
     assert o.estimated.stiffness == pytest.approx(found.stiffness, rel=0.015)
     assert o.estimated.damping == pytest.approx(found.damping, rel=0.04)
-    assert identified_holds(o, "stiffness") and identified_holds(o, "damping")
+    assert identified_holds(o, "stiffness")
+    assert identified_holds(o, "damping")
 
 
 def test_a_case_has_every_key_and_survives_json(with_friction):
     case = json.loads(json.dumps(case_json(with_friction)))
-    assert KEYS <= case.keys()
+    assert case.keys() >= KEYS
     assert case["response_error"] is None
     assert case["co_contraction"] == pytest.approx(25.0, rel=0.02)
 
@@ -50,5 +51,6 @@ def test_seeds_differ_between_frictions_and_repeats():
     arguments = bench_joint._arguments(["--seeds", "2"])
     cases = bench_joint._cases(arguments)
     loud = [case for case in cases if not case.frictionless]
-    assert len(loud) == 60 and len(set(loud)) == 60
+    assert len(loud) == 60
+    assert len(set(loud)) == 60
     assert len(cases) - len(loud) == 15

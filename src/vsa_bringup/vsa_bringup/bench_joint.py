@@ -60,7 +60,9 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--force", nargs="+", type=float, default=list(FORCES), metavar="N", help="rod force held")
     parser.add_argument("--tendon", nargs="+", type=float, default=[1e-3 * k for k in TENDONS], metavar="N/mm")
     parser.add_argument("--friction", nargs="+", type=float, default=[0.0, *FRICTIONS], metavar="N", help="of each rod")
-    parser.add_argument("--seeds", type=int, default=SEEDS, metavar="COUNT", help=f"runs a case with friction ({SEEDS})")
+    parser.add_argument(
+        "--seeds", type=int, default=SEEDS, metavar="COUNT", help=f"runs a case with friction ({SEEDS})"
+    )
     parser.add_argument("--seed", type=int, default=1, help="first seed (1)")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--quick", action="store_true", help="one place, with and without friction: within a minute")

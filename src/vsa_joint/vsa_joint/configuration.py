@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from vsa_common.configuration import ConfigurationError, choice, quantities, quantity
-
 from vsa_joint.propagation import RouteStd
 from vsa_joint.reflection import Joint, Route
 
@@ -20,7 +19,7 @@ def per_side(default: float, unit: str, low: float, high: float, text: str) -> A
 class Limits:
     """What the tendons and transmissions bear; the reachable stiffness and the controller stay within."""
 
-    slack_margin: float = quantity(3.0, "N", 0.0, 1e3, "rod force above the force offset F0 below which a tendon is slack")
+    slack_margin: float = quantity(3.0, "N", 0.0, 1e3, "rod force above F0 that keeps a tendon from slack")
     force_max: float = quantity(190.0, "N", 1.0, 1e5, "greatest rod force, twice the tendon tension")
     deflection_max: float = quantity(0.02, "m", 1e-4, 1.0, "greatest deflection of a transmission")
 
@@ -43,7 +42,8 @@ class Geometry:
     def __post_init__(self) -> None:
         for name in ("radius", "radius_std", "tendon_stiffness", "tendon_stiffness_std"):
             if len(getattr(self, name)) != 2:
-                raise ConfigurationError(f"{name} = {list(getattr(self, name))!r}: must be two numbers, one a transmission")
+                given = list(getattr(self, name))
+                raise ConfigurationError(f"{name} = {given!r}: must be two numbers, one a transmission")
 
     @property
     def joint(self) -> Joint:

@@ -120,14 +120,16 @@ class StiffnessControl:
         if not (math.isfinite(target.stiffness) and math.isfinite(target.equilibrium)):
             return Judgement(False, f"the command is not finite; within reach: {span}", within, math.inf)
         if target.stiffness not in within:
-            text = f"{target.stiffness:.3g} N m/rad cannot be reached at {target.equilibrium:.3g} rad; within reach: {span}"
-            return Judgement(False, text, within, math.inf)
+            wish = f"{target.stiffness:.3g} N m/rad cannot be reached at {target.equilibrium:.3g} rad"
+            return Judgement(False, f"{wish}; within reach: {span}", within, math.inf)
         force = force_for(target.stiffness, self._load, live.springs, self.joint, within)
         error = relative_std(force, self._load, live.springs, self.joint)
         if error > config.error_max:
             text = f"stiffness would be known to {error:.0%} only; move the joint until k2 and F0 are known"
             return Judgement(False, text, within, error)
-        return Judgement(True, f"stiffness known to {error:.0%} only" if error > config.error_warn else "", within, error)
+        return Judgement(
+            True, f"stiffness known to {error:.0%} only" if error > config.error_warn else "", within, error
+        )
 
     def within(self, live: Live, equilibrium: float) -> Range | None:
         """Stiffness within reach at an angle [rad] under the present load: springs, tendons and motors."""
@@ -150,9 +152,7 @@ class StiffnessControl:
                 middle = 0.5 * (low + high)
                 motors = self._motors(self._travels(middle, equilibrium, live.springs))
                 low, high = (middle, high) if max(motors) <= config.motor_max else (low, middle)
-            found = Range(
-                found.stiffness_min, stiffness_at(low, self._load, live.springs, joint), found.force_min, low
-            )
+            found = Range(found.stiffness_min, stiffness_at(low, self._load, live.springs, joint), found.force_min, low)
         return found
 
     def step(self, target: Target, live: Live) -> tuple[float, float]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from vsa_joint.reflection import Joint, Sides, response
 
 Array = NDArray[np.float64]

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from vsa_joint.reflection import Impedance, Joint
 
 Array = NDArray[np.float64]
@@ -82,7 +81,9 @@ def from_response(frequency: Array, response: NDArray[np.complex128], joint: Joi
     weight = 1.0 / np.abs(behind)
     columns = np.stack([np.ones_like(s), s, s**2], axis=1) * weight[:, None]
     rows = np.concatenate([columns.real, columns.imag])
-    values, covariance, residual = _least_squares(rows, np.concatenate([(behind * weight).real, (behind * weight).imag]), 1)
+    values, covariance, residual = _least_squares(
+        rows, np.concatenate([(behind * weight).real, (behind * weight).imag]), 1
+    )
     covariance = covariance + np.diag((LUMPING_ERROR * values) ** 2)
     return _in_front(values, covariance, joint, 0.0, residual, len(rows))
 
@@ -160,7 +161,9 @@ def _least_squares(columns: Array, target: Array, together: int) -> tuple[Array,
     return values / scale, covariance / np.outer(scale, scale), float(np.sqrt((residual**2).mean()))
 
 
-def _in_front(values: Array, covariance: Array, joint: Joint, friction: float, residual: float, samples: int) -> Identified:
+def _in_front(
+    values: Array, covariance: Array, joint: Joint, friction: float, residual: float, samples: int
+) -> Identified:
     """From behind the tendons to the joint, with the covariance through its derivatives."""
     k, d, m = (float(value) for value in values)
     series = series_stiffness(joint)

@@ -5,13 +5,14 @@ from functools import partial
 
 from vsa_common.node import ERROR, OK, RELIABLE, STALE, STEADY, WARN, Health, SuiteNode, run
 from vsa_common.stamps import nanoseconds, set_stamp
-from vsa_msgs.msg import JointImpedance, TransmissionImpedance
-
 from vsa_joint.configuration import CONSISTENT, JointConfig
 from vsa_joint.fusion import JointEstimate, JointFusion, Side
 from vsa_joint.propagation import Rod
+from vsa_joint.springs import Spring, learned_spring, reachable
 from vsa_joint.status import Status
+from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
+RANGE_PERIOD_NS = 100_000_000
 _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 
 
@@ -23,6 +24,7 @@ class JointNode(SuiteNode[JointConfig]):
 
     def start(self) -> None:
         self._fusion = JointFusion(self.config)
+        self._joint = self.config.joint
         self._message = JointImpedance()
         self._message.reflection = (
             JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
@@ -31,6 +33,14 @@ class JointNode(SuiteNode[JointConfig]):
         self._inputs = [
             self.create_subscription(
                 TransmissionImpedance, f"transmission_{side + 1}/impedance", partial(self._on_side, side), RELIABLE
+            )
+            for side in (0, 1)
+        ]
+        self._springs: list[Spring | None] = [None, None]
+        self._range_ns = 0
+        self._inputs += [
+            self.create_subscription(
+                EstimatorState, f"transmission_{side + 1}/estimator_state", partial(self._on_state, side), RELIABLE
             )
             for side in (0, 1)
         ]
@@ -68,9 +78,26 @@ class JointNode(SuiteNode[JointConfig]):
         if estimate is not None:
             self._publish(estimate)
 
+    def _on_state(self, side: int, message: EstimatorState) -> None:
+        self._springs[side] = learned_spring(message) if message.k2_valid else None
+        now_ns = time.monotonic_ns()
+        if now_ns - self._range_ns > RANGE_PERIOD_NS:
+            self._range_ns = now_ns
+            self._find_range()
+
+    def _find_range(self) -> None:
+        """Stiffness within reach under the present load, into the message."""
+        (first, second), newest, found = self._springs, self._fusion.newest, None
+        if first is not None and second is not None and newest.force_valid:
+            found = reachable(-newest.motion_torque, (first, second), self._joint, self.config)
+        self._message.stiffness_range_valid = found is not None
+        if found is not None:
+            self._message.stiffness_min, self._message.stiffness_max = found.stiffness_min, found.stiffness_max
+
     def _on_watch(self) -> None:
         estimate = self._fusion.check(time.monotonic_ns())
         if estimate is not None:
+            self._message.stiffness_range_valid = False
             self._publish(estimate)
 
     def _publish(self, estimate: JointEstimate) -> None:

@@ -5,7 +5,9 @@ torque tau the rods bear R2 F2 = R1 F1 + 2 tau; along that line stiffness grows 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from vsa_joint.configuration import Limits
 from vsa_joint.reflection import Joint, branch_stiffness
@@ -127,3 +129,38 @@ def force_for(stiffness: float, torque: float, springs: Springs, joint: Joint, w
 def tendon_travel(force: float, deflection: float, tendon_stiffness: float) -> float:
     """Motor tendon travel with the joint at zero angle [m]: the rod's twice, and what the tendon stretches."""
     return 2.0 * deflection + force / (2.0 * tendon_stiffness)
+
+
+class Learned(Protocol):
+    """What a spring is read from: EstimatorState, or the estimator's own state."""
+
+    deflection_reference: float
+    ln_stiffness_reference: float
+    k2: float
+    d1: float
+    d2: float
+    force_offset: float
+    coefficient_covariance: Sequence[float]
+
+
+def learned_spring(state: Learned) -> Spring | None:
+    """Spring from an estimator's state; None where its numbers make none."""
+    covariance = state.coefficient_covariance
+    numbers = (state.ln_stiffness_reference, state.k2, state.force_offset, covariance[0], covariance[1], covariance[8])
+    if (
+        not all(math.isfinite(number) for number in numbers)
+        or state.k2 <= 0.0
+        or abs(state.ln_stiffness_reference) > 50.0
+    ):
+        return None
+    peak = math.sqrt(state.d1 / (-3.0 * state.d2)) if state.d1 > 0.0 > state.d2 else math.inf
+    return Spring(
+        state.deflection_reference,
+        state.ln_stiffness_reference,
+        state.k2,
+        state.force_offset,
+        covariance[0],
+        covariance[8],
+        covariance[1],
+        peak,
+    )

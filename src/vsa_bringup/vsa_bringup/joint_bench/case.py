@@ -84,9 +84,7 @@ def rods_at_rest(case: Case, rig: RigConfig) -> Sides:
 
 def geometry(rig: RigConfig) -> Joint:
     """The rig's own geometry."""
-    first, second = (
-        Route(rig.joint.radius, c.tendon_stiffness) for c in (rig.transmission_1, rig.transmission_2)
-    )
+    first, second = (Route(rig.joint.radius, c.tendon_stiffness) for c in (rig.transmission_1, rig.transmission_2))
     return Joint((first, second), rig.joint.damping, rig.joint.inertia)
 
 

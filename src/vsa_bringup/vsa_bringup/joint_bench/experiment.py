@@ -5,6 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from vsa_bringup.joint_bench.case import (
+    JUDGED_FREQUENCY,
+    Case,
+    estimator_config,
+    external_torque,
+    geometry,
+    joint_config,
+    rig_config,
+    travel,
+)
 from vsa_driver.rig.config import RigConfig
 from vsa_driver.rig.dynamics import TRUTH
 from vsa_driver.rig.rig import Rig
@@ -16,22 +26,11 @@ from vsa_joint.identification import Identified, average, from_motion, from_resp
 from vsa_joint.propagation import Rod
 from vsa_joint.reflection import Impedance, Sides, consistent, paper, response, valid_frequency
 
-from vsa_bringup.joint_bench.case import (
-    JUDGED_FREQUENCY,
-    Case,
-    estimator_config,
-    external_torque,
-    geometry,
-    joint_config,
-    rig_config,
-    travel,
-)
-
 Array = NDArray[np.float64]
 
 LEARNING, SETTLING, PERIODS = 36.0, 4.0, 2  # s, s, periods used; one more is dropped before them
 COMMAND_RATE_HZ = 100
-HIGH_FORCE, UP, DOWN = 60.0, 2.0, 0.6  # N; the learning motion goes up by one factor, above HIGH_FORCE down by the other
+HIGH_FORCE, UP, DOWN = 60.0, 2.0, 0.6  # N; the learning motion goes up by a factor, above HIGH_FORCE down
 LEARNING_FREQUENCY = (1.0 / 18.0, 1.0 / 3.0)  # Hz, whole turns within LEARNING
 
 
@@ -63,7 +62,6 @@ class Outcome:
     estimated_std: Impedance
     expansion_valid: bool
     response: Response | None  # a joint with friction has none
-
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,14 @@
 """Table, JSON and plot of the experiment's outcomes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from vsa_bringup.joint_bench.experiment import Outcome
 from vsa_common.figures import JOINT, SIDE_1, TRUTH, WARNING, panels, save
 from vsa_joint.reflection import Impedance
-
-from vsa_bringup.joint_bench.experiment import Outcome
 
 HEADER = (
     "friction", "tendon", "force", "torque", "identified K", "D", "estimated K", "D", "(13) D", "response",
@@ -19,6 +18,7 @@ NOTE = (
     "estimated: against the identified; worst of the seeds.\n(13) D: damping as printed over the true one. "
     "response: worst of 0.05 to 20 Hz. *: the expansion does not hold up to 0.65 Hz."
 )
+NAMES = ("stiffness", "damping")
 PERCENT = 100.0
 INTERVAL = 1.96  # standard deviations
 
@@ -37,11 +37,8 @@ def rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
                 f"{tendon * 1e-3:g}{'' if group[0].expansion_valid else ' *'}",
                 f"{force:g}",
                 f"{np.mean([o.torque_rms for o in group]) * 1e3:.0f}",
-                *(_worst(_error(o.identified.impedance, o.truth, name) for o in group) for name in ("stiffness", "damping")),
-                *(
-                    _worst(_error(o.estimated, o.identified.impedance, name) for o in group)
-                    for name in ("stiffness", "damping")
-                ),
+                *(_worst(_error(o.identified.impedance, o.truth, name) for o in group) for name in NAMES),
+                *(_worst(_error(o.estimated, o.identified.impedance, name) for o in group) for name in NAMES),
                 f"{np.mean([o.printed.damping / o.truth.damping for o in group]):.2f}",
                 f"{PERCENT * max(responses):.2f} %" if responses else "",
             ]
@@ -66,9 +63,7 @@ def summary(outcomes: Sequence[Outcome]) -> str:
             lines.append("  identified of the truth: " + _pair(chosen, lambda o: (o.identified.impedance, o.truth)))
         lines.append("  estimated of the identified: " + _pair(valid, lambda o: (o.estimated, o.identified.impedance)))
         shares = {
-            what: ", ".join(
-                f"{name} {np.mean([holds(o, name) for o in chosen]):.0%}" for name in ("stiffness", "damping")
-            )
+            what: ", ".join(f"{name} {np.mean([holds(o, name) for o in chosen]):.0%}" for name in NAMES)
             for what, holds in (("identified", identified_holds), ("estimated", estimated_holds))
         }
         lines.append("  95 % intervals that hold: " + "; ".join(f"{what} {share}" for what, share in shares.items()))
@@ -92,8 +87,8 @@ def case_json(o: Outcome) -> dict[str, Any]:
         "consistent": asdict(o.truth),
         "paper": asdict(o.printed),
         "response_error": o.response.error if o.response else None,
-        "interval_holds": {name: identified_holds(o, name) for name in ("stiffness", "damping")},
-        "estimated_interval_holds": {name: estimated_holds(o, name) for name in ("stiffness", "damping")},
+        "interval_holds": {name: identified_holds(o, name) for name in NAMES},
+        "estimated_interval_holds": {name: estimated_holds(o, name) for name in NAMES},
     }
 
 
@@ -122,7 +117,7 @@ def plot(outcomes: Sequence[Outcome], path: Path) -> None:
     axes[0, 0].set(xscale="log", yscale="log", xlabel="Hz", ylabel="N m/rad", title="torque over angle: line predicted")
     axes[0, 1].set(xscale="log", xlabel="Hz", ylabel="degrees", title="its phase: dots measured")
     loud = [o for o in outcomes if not o.case.frictionless] or list(outcomes)
-    for axis, name in zip(axes[1], ("stiffness", "damping"), strict=True):
+    for axis, name in zip(axes[1], NAMES, strict=True):
         for value, color, label in (("identified", SIDE_1, "identified"), ("estimated", JOINT, "estimated")):
             errors = [
                 PERCENT * _error(o.identified.impedance if value == "identified" else o.estimated, o.truth, name)
@@ -143,11 +138,13 @@ def _holds(value: Impedance, std: Impedance, truth: Impedance, name: str) -> boo
     return bool(abs(getattr(value, name) - getattr(truth, name)) <= INTERVAL * getattr(std, name))
 
 
-def _worst(errors: Any) -> str:
+def _worst(errors: Iterable[float]) -> str:
     return f"{PERCENT * max(errors, key=abs):+.2f} %"
 
 
-def _pair(outcomes: Sequence[Outcome], of: Any) -> str:
-    return ", ".join(
-        f"{name} {PERCENT * max(abs(_error(*of(o), name)) for o in outcomes):.2f} %" for name in ("stiffness", "damping")
-    )
+def _pair(outcomes: Sequence[Outcome], of: Callable[[Outcome], tuple[Impedance, Impedance]]) -> str:
+    parts = []
+    for name in NAMES:
+        errors = [abs(_error(value, reference, name)) for value, reference in map(of, outcomes)]
+        parts.append(f"{name} {PERCENT * max(errors):.2f} %")
+    return ", ".join(parts)

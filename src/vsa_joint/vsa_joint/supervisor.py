@@ -1,0 +1,158 @@
+"""When stiffness control may work, and what happens when it may not: the motors hold, and the reason is told.
+
+Instants are of a steady clock and come in as arguments.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from vsa_joint.configuration import ControlConfig
+from vsa_joint.control import Judgement, Live, StiffnessControl, Target
+from vsa_joint.springs import Spring
+from vsa_joint.status import Status
+
+SECOND_NS = 1_000_000_000
+STATE_TIMEOUT_NS = SECOND_NS // 4  # an estimator's state comes at 50 Hz
+RECOVERY_NS = SECOND_NS // 2  # all must be well for so long before control resumes
+FOLLOW_RAD, FOLLOW_NS = 0.3, SECOND_NS // 2  # motors further than that from their command do not follow
+
+
+class Mode(Enum):
+    """What the controller does."""
+
+    IDLE = "idle"  # no command yet: says nothing to the motors
+    ACTIVE = "active"
+    HOLDING = "holding"
+
+
+@dataclass(frozen=True)
+class JointNow:
+    """What the controller needs of a JointImpedance."""
+
+    stiffness: float
+    stiffness_valid: bool
+    damping: float
+    damping_valid: bool
+    tension: tuple[float, float]
+    force_valid: bool
+    status: int
+    reason: str
+
+
+@dataclass
+class Inputs:
+    """The newest of everything, each with the instant of its arrival [ns]."""
+
+    joint: JointNow | None = None
+    joint_ns: int = 0
+    angle: float = math.nan
+    angle_ns: int = 0
+    motors: tuple[float, float] | None = None
+    motors_ns: int = 0
+    springs: tuple[Spring | None, Spring | None] = (None, None)
+    springs_ns: tuple[int, int] = (0, 0)
+
+
+class Supervisor:
+    """Takes commands, watches the inputs, steps the control, or holds."""
+
+    def __init__(self, config: ControlConfig) -> None:
+        self.control = StiffnessControl(config)
+        self.mode, self.reason = Mode.IDLE, "no stiffness_command yet"
+        self.refused = 0
+        self.judgement: Judgement | None = None
+        self.target: Target | None = None
+        self._timeout_ns = int(config.input_timeout * SECOND_NS)
+        self._command_timeout_ns = int(config.command_timeout * SECOND_NS)
+        self._command_ns = 0
+        self._hold: tuple[float, float] | None = None
+        self._sent: tuple[float, float] | None = None
+        self._well_ns: int | None = None
+        self._followed_ns = 0
+        self._damping = 1.0
+
+    def command(self, target: Target, inputs: Inputs, now_ns: int) -> Judgement:
+        """Take or refuse a command; a refused one leaves the target as it was."""
+        self._command_ns = now_ns
+        fault = self._fault(inputs, now_ns)
+        live = None if fault else self._live(inputs)
+        if live is None:
+            judgement = Judgement(False, fault or "no estimate yet", None, math.inf)
+        else:
+            if self.mode is Mode.IDLE:
+                self.control.engage(live)
+            judgement = self.control.judge(target, live)
+        self.judgement = judgement
+        if judgement.accepted:
+            self.target = target
+        elif live is not None:
+            self.refused += 1
+        return judgement
+
+    def step(self, inputs: Inputs, now_ns: int) -> tuple[float, float] | None:
+        """Motor positions [rad] for this period; None while nothing was ever commanded."""
+        if self.target is None:
+            return None
+        fault = self._fault(inputs, now_ns)
+        if not fault and now_ns - self._command_ns > self._command_timeout_ns:
+            fault = "stiffness_command stopped"
+        if not fault and self.mode is Mode.ACTIVE and not self._follows(inputs, now_ns):
+            fault = "motors do not follow: is the driver armed?"
+        live = self._live(inputs)
+        if fault or live is None:
+            return self._stop(fault or "no estimate yet", inputs)
+        if self.mode is not Mode.ACTIVE and not self._recovered(now_ns):
+            return self._hold
+        if self.mode is not Mode.ACTIVE:
+            self.control.engage(live)
+            self.mode, self._followed_ns = Mode.ACTIVE, now_ns
+        self.reason = self.judgement.text if self.judgement is not None else ""
+        self._sent = self.control.step(self.target, live)
+        return self._sent
+
+    def _stop(self, reason: str, inputs: Inputs) -> tuple[float, float] | None:
+        if self.mode is Mode.ACTIVE or self._hold is None:
+            self._hold = inputs.motors if inputs.motors is not None else self._sent
+        self.mode, self.reason, self._well_ns = Mode.HOLDING, reason, None
+        return self._hold
+
+    def _recovered(self, now_ns: int) -> bool:
+        if self.mode is Mode.IDLE:
+            return True
+        if self._well_ns is None:
+            self._well_ns = now_ns
+        return now_ns - self._well_ns >= RECOVERY_NS
+
+    def _follows(self, inputs: Inputs, now_ns: int) -> bool:
+        if self._sent is None or inputs.motors is None:
+            return True
+        if max(abs(a - b) for a, b in zip(self._sent, inputs.motors, strict=True)) < FOLLOW_RAD:
+            self._followed_ns = now_ns
+        return now_ns - self._followed_ns <= FOLLOW_NS
+
+    def _fault(self, inputs: Inputs, now_ns: int) -> str:
+        """Why control cannot work now; empty when it can."""
+        joint = inputs.joint
+        if joint is None or now_ns - inputs.joint_ns > self._timeout_ns:
+            return "joint_impedance silent"
+        if joint.status in (Status.STALE, Status.FAULT, Status.INITIALIZING) or not joint.stiffness_valid:
+            return f"joint stiffness invalid: {joint.reason or Status(joint.status).name}"
+        if not joint.force_valid:
+            return f"tension invalid: {joint.reason or 'a force sensor is not well'}"
+        if not math.isfinite(inputs.angle) or now_ns - inputs.angle_ns > self._timeout_ns:
+            return "joint_states silent"
+        if inputs.motors is None or now_ns - inputs.motors_ns > self._timeout_ns:
+            return "motor_states silent"
+        for number, spring, arrival in zip((1, 2), inputs.springs, inputs.springs_ns, strict=True):
+            if spring is None or now_ns - arrival > STATE_TIMEOUT_NS:
+                return f"transmission_{number}/estimator_state silent"
+        return ""
+
+    def _live(self, inputs: Inputs) -> Live | None:
+        joint, (first, second) = inputs.joint, inputs.springs
+        if joint is None or inputs.motors is None or first is None or second is None:
+            return None
+        if joint.damping_valid:
+            self._damping = joint.damping  # beyond the dampers' peak the last known one is nearer than none
+        return Live(inputs.angle, joint.tension, joint.stiffness, self._damping, inputs.motors, (first, second))
