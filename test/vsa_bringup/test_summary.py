@@ -39,6 +39,7 @@ def run(scale: float = 1.0, std: float = 10.0, missing: tuple[int, ...] = ()) ->
     spread = np.full(len(sample), std)
     coefficient = Coefficient(1.0, 2.0, 0.1, 2.05)
     return Transmission(
+        len(sample),
         sample,
         Series(true["stiffness_1"][sample] * scale, spread),
         Series(true["damping_1"][sample] * scale, spread),
@@ -55,17 +56,22 @@ def test_a_perfect_run_has_no_error_and_loses_nothing():
     assert summary["converged_after_s"] == 0.0
 
 
-def test_lost_samples_are_counted_and_repeated_ones_are_not():
-    lossy = run(missing=(3, 500, 999))
-    twice = Transmission(
-        np.r_[lossy.sample, [7, -1, N + 5]],
-        Series(np.r_[lossy.stiffness.value, [1.0, 1.0, 1.0]], np.r_[lossy.stiffness.std, [1.0] * 3]),
-        Series(np.r_[lossy.damping.value, [1.0, 1.0, 1.0]], np.r_[lossy.damping.std, [1.0] * 3]),
-        lossy.coefficients,
+def test_lost_samples_are_counted():
+    summary = transmission_summary(run(missing=(3, 500, 999)), truth(), 1, RATE)
+    assert (summary["samples_fused"], summary["samples_lost"]) == (N - 3, 3)
+
+
+def test_estimates_between_samples_or_after_the_end_are_not_judged():
+    good = run()
+    more = Transmission(
+        N,
+        np.r_[good.sample, [-1, N + 5]],
+        Series(np.r_[good.stiffness.value, [1.0, 1.0]], np.r_[good.stiffness.std, [1.0, 1.0]]),
+        Series(np.r_[good.damping.value, [1.0, 1.0]], np.r_[good.damping.std, [1.0, 1.0]]),
+        good.coefficients,
         True,
     )
-    summary = transmission_summary(twice, truth(), 1, RATE)
-    assert (summary["samples_fused"], summary["samples_lost"]) == (N - 3, 3)
+    assert transmission_summary(more, truth(), 1, RATE)["stiffness_nrmse"] == 0.0
 
 
 def test_a_run_one_percent_off_has_an_error_of_one_percent():

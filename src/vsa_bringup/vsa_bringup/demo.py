@@ -93,7 +93,7 @@ def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario) -> dict[st
     (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
     show(summary)
     with progress(None, "writing the report"):
-        write(folder / "bag", folder)
+        write(folder / "bag", folder, prints=False)
     return summary
 
 

@@ -55,7 +55,8 @@ class Recorded:
         state = self._last_state.get(f"{self._space}/{side}/estimator_state")
         coefficients = {name: _coefficient(state, name, start, truth) for name in COEFFICIENTS}
         sample = self.frames(side).samples(np.array(self._stamps[topic], dtype=np.int64))
-        return Transmission(sample, stiffness, damping, coefficients, bool(state is not None and state.inertia_valid))
+        fused, inertia_valid = (int(state.samples_fused), bool(state.inertia_valid)) if state else (0, False)
+        return Transmission(fused, sample, stiffness, damping, coefficients, inertia_valid)
 
     def joint(self) -> JointRun:
         """The joint."""

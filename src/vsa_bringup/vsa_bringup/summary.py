@@ -59,8 +59,9 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class Transmission:
-    """What was recorded of one transmission; `sample` numbers the estimates."""
+    """What was recorded of one transmission; `sample` numbers the estimates, `fused` is the estimator's own count."""
 
+    fused: int
     sample: Integers
     stiffness: Series
     damping: Series
@@ -90,14 +91,13 @@ def transmission_summary(run: Transmission, truth: Columns, side: int, rate_hz: 
     """The figures of transmission `side` (1 or 2) of a rig that sampled at `rate_hz` [Hz]."""
     sent = len(truth["stiffness_1"])
     known = (run.sample >= 0) & (run.sample < sent)
-    fused = len(np.unique(run.sample[known]))
     sample, stiffness, damping = run.sample[known], run.stiffness[known], run.damping[known]
     true_stiffness, true_damping = truth[f"stiffness_{side}"][sample], truth[f"damping_{side}"][sample]
     late = sample >= (1.0 - SCORED) * sent
     return {
         "samples_sent": sent,
-        "samples_fused": fused,
-        "samples_lost": sent - fused,
+        "samples_fused": run.fused,
+        "samples_lost": sent - run.fused,
         "converged_after_s": converged_after(sample / rate_hz, stiffness.value, true_stiffness),
         **{name: vars(coefficient).copy() for name, coefficient in run.coefficients.items() if name != "inertia"},
         "inertia": {**vars(run.coefficients["inertia"]), "valid": run.inertia_valid},
