@@ -12,7 +12,7 @@ from std_msgs.msg import String
 from vsa_bringup import report
 from vsa_bringup.report_data import read_run
 from vsa_bringup.report_reduce import cloud, envelope, extremes
-from vsa_bringup.report_strokes import allan_variance, force_rate
+from vsa_bringup.report_strokes import force_rate
 from vsa_bringup.report_tables import health_table, joint_table, table_1
 from vsa_bringup.report_truth import read_truth
 from vsa_common.bags import BagError, Recording
@@ -85,14 +85,6 @@ def test_a_cloud_keeps_the_extremes_of_every_slice():
     assert (b.max(), b.min()) == (y.max(), y.min())
 
 
-def test_allan_variance_of_white_noise_falls_as_one_over_the_averaging_time():
-    random = np.random.default_rng(5)
-    tau, variance = allan_variance(np.arange(200_000) * 0.01, 0.3 * random.standard_normal(200_000))
-    few = tau < 1.0
-    assert variance[0] == pytest.approx(0.09, rel=0.02)
-    assert np.polyfit(np.log(tau[few]), np.log(variance[few]), 1)[0] == pytest.approx(-1.0, abs=0.03)
-
-
 def test_force_rate_of_a_ramp_is_its_slope():
     time = np.arange(0.0, 3.0, 0.002)
     assert force_rate(time, 7.0 * time + 2.0)[-1] == pytest.approx(7.0, rel=1e-3)
@@ -149,6 +141,7 @@ def test_the_page_is_whole_and_fetches_nothing(written):
         "Table I",
     ):
         assert title in text
+    assert len(re.findall("transmission_[12]: (?:not )?white", text)) == 4  # two signals of two sides
     for fact in ("267.4", "lost on the bus", "matplotlib 3", "/vsa/estimator_1", "converging"):
         assert fact in text
     for svg in re.findall(r"<svg.*?</svg>", text, flags=re.DOTALL):

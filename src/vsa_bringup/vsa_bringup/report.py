@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from vsa_bringup.report_data import Run, read_run
-from vsa_bringup.report_figures import Plate, plates
+from vsa_bringup.report_figures import plates
 from vsa_bringup.report_page import page
 from vsa_bringup.report_tables import Table, health_table, joint_table, table_1
 from vsa_bringup.report_truth import Truths, read_truth
@@ -35,8 +35,8 @@ def main(args: list[str] | None = None) -> int:
     return 0
 
 
-def write(bag: Path | str, out: Path | str, truth: Path | str | None = None) -> Path:
-    """Write `out`/report.html, report.pdf and figures/*.png of a bag; returns the path of the page.
+def write(bag: Path | str, out: Path | str, truth: Path | str | None = None, prints: bool = True) -> Path:
+    """Write `out`/report.html and, as `prints`, report.pdf and figures/*.png of a bag; returns the path of the page.
 
     `truth` is the CSV file of the simulated rig; without it, truth.csv is taken where it lies in the bag or beside it.
     Raises BagError or TableError with one line where there is nothing to report.
@@ -48,7 +48,9 @@ def write(bag: Path | str, out: Path | str, truth: Path | str | None = None) -> 
     out.mkdir(parents=True, exist_ok=True)
     title, lead = f"Impedance report: {run.path.resolve().name}", describe(run)
     target = out / "report.html"
-    target.write_text(page(title, lead, warnings(run), tables, drawn, _texts(run, drawn)), encoding="utf-8")
+    target.write_text(page(title, lead, warnings(run), tables, drawn, _texts(run)), encoding="utf-8")
+    if not prints:
+        return target
     first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
     save_pdf([first, *(plate.figure for plate in drawn)], out / "report.pdf")
     for plate in drawn:
@@ -57,7 +59,7 @@ def write(bag: Path | str, out: Path | str, truth: Path | str | None = None) -> 
 
 
 def all_tables(run: Run, truth: Truths) -> Iterator[Table]:
-    """Table I, the joint and the health of every joint, then what was said on /diagnostics and what was recorded."""
+    """Table I, the joint and the health of every joint, then what was said on /diagnostics."""
     for joint in run.joints:
         several = f" ({joint.name})" if len(run.joints) > 1 else ""
         for table in (table_1(joint, truth), joint_table(joint), health_table(joint)):
@@ -66,8 +68,6 @@ def all_tables(run: Run, truth: Truths) -> Iterator[Table]:
     if run.complaints:
         rows = [[f"{c.first:.1f} s", c.node, _LEVELS.get(c.level, "?"), c.text, str(c.count)] for c in run.complaints]
         yield Table("What the nodes complained of", ["first", "node", "level", "text", "times"], rows)
-    rows = [[topic.name, topic.type_name, str(topic.messages)] for topic in sorted(run.topics.values(), key=str)]
-    yield Table("Recorded topics", ["topic", "type", "messages"], rows)
 
 
 _LEVELS = {1: "warning", 2: "error", 3: "stale"}
@@ -94,11 +94,12 @@ def warnings(run: Run) -> list[str]:
     return found
 
 
-def _texts(run: Run, drawn: list[Plate]) -> dict[str, str]:
-    """Parameters and versions, in full."""
-    texts = {
-        path.name: path.read_text(errors="replace") for name in BESIDE for path in list(_beside(run.path, name))[:1]
-    }
+def _texts(run: Run) -> dict[str, str]:
+    """Parameters, recorded topics and versions, in full."""
+    found = {name: next(_beside(run.path, name), None) for name in BESIDE}
+    texts = {name: path.read_text(errors="replace") for name, path in found.items() if path}
+    topics = sorted(run.topics.values(), key=lambda topic: topic.name)
+    texts["recorded topics"] = "\n".join(f"{one.messages:9d}  {one.name}  {one.type_name}" for one in topics)
     return texts | {"versions": "\n".join(_versions())}
 
 

@@ -9,9 +9,10 @@ from vsa_bringup.report_columns import Floats, Series
 from vsa_bringup.report_data import Joint, Run, Side
 from vsa_bringup.report_joint_figures import figure_health, figure_joint
 from vsa_bringup.report_reduce import cloud
-from vsa_bringup.report_strokes import Panel, allan_variance, force_rate
+from vsa_bringup.report_strokes import Panel, force_rate
 from vsa_bringup.report_truth import Truth, Truths
 from vsa_common.figures import MEASURED, SIDES, TRUTH, panels, set_title, stack
+from vsa_estimator.allan import allan
 
 
 @dataclass(frozen=True)
@@ -215,21 +216,28 @@ _LAWS = {"stiffness": _stiffness_law, "damping": _damping_law}
 
 
 def _allan(joint: Joint) -> Any:
-    """Fig. 6."""
+    """Fig. 6, of the last 70 % of the run."""
     figure, (left, right) = panels(1, 2, height=2.9)
-    for i, side in enumerate(joint.sides):
-        if side.state is None:
-            continue
-        for axes, name, unit in ((left, "force_innovation", "N²"), (right, "deflection_innovation", "m²")):
-            settled = side.state.time > 0.3 * np.nanmax(side.state.time, initial=0.0)
-            tau, variance = allan_variance(side.state.time[settled], side.state[name][settled])
-            axes.set(xlabel="averaging time [s]", ylabel=f"Allan variance [{unit}]", xscale="log", yscale="log")
-            axes.set_title(name.replace("_", " "))
-            if len(tau):
-                axes.plot(tau, variance, "o-", color=SIDES[i % len(SIDES)], markersize=3, label=side.name)
-                axes.plot(tau, variance[0] * tau[0] / tau, "--", color=MEASURED, linewidth=0.8)
-    left.legend()
+    for axes, name, unit in ((left, "force_innovation", "N²"), (right, "deflection_innovation", "m²")):
+        axes.set_title(name.replace("_", " "))
+        axes.set(xlabel="averaging time [s]", ylabel=f"Allan variance [{unit}]", xscale="log", yscale="log")
+        for side, color in zip(joint.sides, SIDES, strict=False):
+            if side.state is not None:
+                _draw_allan(axes, side.state, name, side.name, color)
+        if axes.get_legend_handles_labels()[1]:
+            axes.legend()
     return figure
+
+
+def _draw_allan(axes: Any, state: Series, name: str, label: str, color: str) -> None:
+    time = state.time
+    settled = (time > 0.3 * np.nanmax(time, initial=0.0)) & np.isfinite(state[name])
+    if np.count_nonzero(settled) < 32:
+        return
+    found = allan(state[name][settled], 1.0 / float(np.median(np.diff(time[settled]))))
+    variance = found.deviation**2
+    axes.plot(found.tau, variance, "o-", color=color, markersize=3, label=f"{label}: {found.verdict}")
+    axes.plot(found.tau, variance[0] * found.tau[0] / found.tau, "--", color=MEASURED, linewidth=0.8)
 
 
 def _stack(steps: list[Callable[[Any], None]], height: float = 1.5) -> Any:

@@ -48,7 +48,7 @@ def page(
     parts = [_table(table, f"table_{i}") for i, table in enumerate(tables)]
     parts += [_figure(plate) for plate in figures]
     parts += [_text(name, text) for name, text in texts.items()]
-    links = "".join(f'<a href="#{plate.name}">{escape(plate.title.split(":")[0])}</a>' for plate in figures)
+    links = "".join(f'<a href="#{plate.name}">{escape(_short(plate.title))}</a>' for plate in figures)
     alarms = "".join(f'<p class="warn">{escape(warning)}</p>' for warning in warnings)
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -58,6 +58,12 @@ def page(
         + "\n".join(parts)
         + "</main></body></html>\n"
     )
+
+
+def _short(title: str) -> str:
+    """The title for a link: what stands before its colon, and the number of the transmission."""
+    head, _, rest = title.partition(":")
+    return f"{head}, {rest[-1]}" if rest[:-1].endswith("transmission_") else head
 
 
 def _table(table: Table, anchor: str) -> str:

@@ -1,4 +1,4 @@
-"""What the figures of a report are drawn with: panels over time, and two small computations of section VI."""
+"""What the figures of a report are drawn with: panels over time, and the force rate of section VI."""
 
 from typing import Any
 
@@ -66,16 +66,3 @@ def force_rate(time: Floats, force: Floats) -> Floats:
         elif not now >= before:  # the stamps went back
             smooth, before = value, now
     return rate
-
-
-def allan_variance(time: Floats, value: Floats) -> tuple[Floats, Floats]:
-    """Averaging times [s] and overlapping Allan variance of an evenly sampled series; empty for a short one."""
-    keep = np.isfinite(value) & np.isfinite(time)
-    time, value = time[keep], value[keep]
-    if len(value) < 32:
-        return np.empty(0), np.empty(0)
-    step = float(np.median(np.diff(time)))
-    total = np.concatenate([[0.0], np.cumsum(value)])
-    counts = np.unique(np.geomspace(1, len(value) // 4, 24).astype(int))
-    variances = [np.mean((total[2 * m :] - 2.0 * total[m:-m] + total[: -2 * m]) ** 2) / (2.0 * m * m) for m in counts]
-    return step * counts, np.array(variances)
