@@ -1,7 +1,9 @@
 """The driver as its own process, between real CAN frames on a multicast socket and a real ROS 2 subscriber."""
 
+import contextlib
 import os
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -18,13 +20,15 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds
-from vsa_driver.bus import BusConfig, open_bus
+from vsa_driver.bus import BusConfig, MalformedFrame, open_bus
 from vsa_driver.frames import RIG_DBC
 from vsa_msgs.msg import CaptureCounters
 
 DOMAIN = 20 + os.getpid() % 80
-BUS = BusConfig(channel="239.74.163.88", options=("hop_limit=0", f"port={42000 + os.getpid() % 1000}"))
+PORT = 42000 + os.getpid() % 1000
+BUS = BusConfig(channel="239.74.163.88", options=("hop_limit=0", f"port={PORT}"))
 OPTIONS = f"bus.options:=['{BUS.options[0]}','{BUS.options[1]}']"
+NO_CAN = ("bus.interface:=socketcan", "bus.channel:=can_none", "bus.options:=['']")
 TOPICS = {
     "transmission_1/force": WrenchStamped,
     "transmission_1/encoder": JointState,
@@ -101,11 +105,17 @@ class Bench:
 
     def sent_commands(self):
         """Positions of the command frames on the bus so far."""
-        found = []
-        while (frame := self.bus.receive(0.0)) is not None:
-            if frame.arbitration_id == 0x200:
-                found.append(tuple(int.from_bytes(frame.data[i : i + 3], "little", signed=True) * 1e-5 for i in (0, 3)))
-        return found
+        return [
+            tuple(int.from_bytes(frame.data[i : i + 3], "little", signed=True) * 1e-5 for i in (0, 3))
+            for frame in iter(self.receive, None)
+            if frame.arbitration_id == 0x200
+        ]
+
+    def receive(self):
+        """The next frame on the bus; None when there is none waiting."""
+        while True:
+            with contextlib.suppress(MalformedFrame):
+                return self.bus.receive(0.0)
 
     def command(self, *positions):
         self.commands.publish(JointState(name=["motor_1", "motor_2"], position=list(positions)))
@@ -134,7 +144,7 @@ def bench(driver):
     bench = Bench()
     bench.until(
         lambda: all(bench.heard.values()) and bench.arm.service_is_ready() and bench.tare.service_is_ready(),
-        timeout=30.0,
+        timeout=60.0,
     )
     yield bench
     bench.close()
@@ -248,6 +258,25 @@ def test_what_is_wrong_on_the_bus_is_counted_and_reported(fresh):
     assert fresh.count("transmission_1.lost") == before["transmission_1.lost"] + 5
 
 
+def test_a_flood_of_foreign_frames_and_garbage_costs_no_sample(fresh):
+    fresh.until(lambda: fresh.reports)
+    before = {name: fresh.count(name) for name in ("foreign", "malformed", "transmission_1.lost")}
+    fresh.heard["transmission_1/force"].clear()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        for i in range(200):
+            fresh.sample()
+            for k in range(20):  # five times the frames of a sample
+                fresh.bus.send(0x400 + k, bytes(8))
+            if i % 10 == 0:
+                stranger.sendto(b"no frame", (BUS.channel, PORT))
+            fresh.serve(0.005)
+    fresh.until(lambda: len(fresh.heard["transmission_1/force"]) >= 200, send=False)
+    fresh.until(lambda: fresh.count("malformed") == before["malformed"] + 20)
+    fresh.until(lambda: fresh.count("foreign") == before["foreign"] + 4000)
+    assert fresh.count("transmission_1.lost") == before["transmission_1.lost"]
+
+
 def test_a_silent_rig_is_an_error_that_names_the_transmissions_and_is_forgotten_when_it_speaks(fresh):
     fresh.until(lambda: fresh.reports and fresh.reports[-1].level == b"\x02", send=False)
     assert "transmission_1 and transmission_2" in fresh.reports[-1].message
@@ -261,7 +290,7 @@ def test_what_makes_a_start_impossible_is_said_in_one_line(tmp_path):
     malformed.write_text("driver:\n  ros__parameters:\n    dbc: [open\n")
     cases = {
         "transmission_1.force_signal": start_driver(OPTIONS, f"dbc:={dbc}"),
-        "cannot open CAN bus socketcan": start_driver("bus.interface:=socketcan", "bus.channel:=can_none", "bus.options:=['']"),
+        "cannot open CAN bus socketcan": start_driver(*NO_CAN),
         "no such interface": start_driver("bus.interface:=nonsense"),
         "motors.speed_max = -1.0 rad/s": start_driver("motors.speed_max:=-1.0"),
         str(malformed): subprocess.Popen(
@@ -270,7 +299,7 @@ def test_what_makes_a_start_impossible_is_said_in_one_line(tmp_path):
         ),
     }  # fmt: skip
     for words, process in cases.items():
-        _, said = process.communicate(timeout=30.0)
+        _, said = process.communicate(timeout=60.0)
         assert process.returncode == 1
         assert words in said
         assert len(said.strip().splitlines()) == 1, said

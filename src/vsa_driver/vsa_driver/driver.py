@@ -1,12 +1,14 @@
 """Node: CAN frames in, force and encoder of each transmission out; motor commands back to the bus."""
 
+import gc
 import sys
 import time
 
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
-from vsa_common.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.node import ERROR, OK, STEADY, WARN, Health, SuiteNode, run
 from vsa_driver.bus import BusError, Frame
 from vsa_driver.calibration import TareError
 from vsa_driver.capture import JointSample, MotorSample, Sample
@@ -20,6 +22,7 @@ from vsa_driver.stamps import CaptureClock
 from vsa_driver.topics import RigTopics, TransmissionTopics
 
 LOG_EVERY_S = 5.0
+COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)  # the newest counts; hears reliable ones too
 SWITCH_S = 0.0005  # Python's default of 5 ms would let a callback hold up a sample for so long
 
 
@@ -51,7 +54,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         except BusError:
             self._destroy_publishers()
             raise
-        self._commands = self.create_subscription(JointState, "motor_commands", self._on_command, RELIABLE)
+        self._commands = self.create_subscription(JointState, "motor_commands", self._on_command, COMMANDS)
         self._own_services = [
             self.create_service(SetBool, "~/arm", self._on_arm),
             self.create_service(Trigger, "~/tare", self._on_tare),
@@ -60,6 +63,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             self.create_timer(1.0 / config.counters_rate, self._flush, clock=STEADY),
             self.create_timer(1.0 / motors.command_rate, self._send_command, clock=STEADY),
         ]
+        gc.freeze()  # what exists by now lives long; collecting it again and again would hold samples up
 
     def stop(self) -> None:
         self._gate.disarm("stopped")
@@ -113,15 +117,19 @@ class DriverNode(SuiteNode[DriverSettings]):
         stamp_ns = self._stamping.epoch(frame.timestamp, now_ns, steady_ns)
         for sample in self._router.add(frame, stamp_ns):
             if isinstance(sample, Sample):
-                self._topics[sample.transmission].publish(sample)
                 self._heard_ns[sample.transmission] = steady_ns
                 self._slowest_ns = max(self._slowest_ns, now_ns - stamp_ns)
+                self.on_sample(sample)
             elif isinstance(sample, JointSample):
                 self._rig.publish_joint(sample)
             elif isinstance(sample, MotorSample):
                 self._gate.measured(sample.positions, steady_ns * 1e-9)
                 self._holding = sample.holding
                 self._rig.publish_motors(sample)
+
+    def on_sample(self, sample: Sample) -> None:
+        """Publish one sample of a transmission; whoever needs it sooner overrides this."""
+        self._topics[sample.transmission].publish(sample)
 
     def _on_down(self, reason: str) -> None:
         self._gate.disarm("the bus failed")
