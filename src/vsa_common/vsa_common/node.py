@@ -3,12 +3,13 @@
 A node file adds its topics in `start`, drops its core in `stop`, and ends with `main = lambda: run(ItsNode)`.
 """
 
+import gc
 import math
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -49,6 +50,7 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         self.failure = ""
         self.config = self._declare()
         self.add_on_set_parameters_callback(self._on_parameters)
+        self._refuse_illegal_transitions()
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._publish_health, clock=STEADY)
 
@@ -112,10 +114,25 @@ class SuiteNode(LifecycleNode, Generic[Config]):
             self._active = False
             self.stop()
 
+    def _refuse_illegal_transitions(self) -> None:
+        """rclpy lets a transition that is impossible in the present state end the process: answer instead."""
+        change_state = self._service_change_state.callback
+
+        def guarded(request: Any, response: Any) -> Any:
+            try:
+                return change_state(request, response)
+            except RCLError as error:
+                self.get_logger().warning(" ".join(str(error).split()))
+                response.success = False
+                return response
+
+        self._service_change_state.callback = guarded
+
     # Parameters.
 
     def _declare(self) -> Config:
-        given = {name: p.value for name, p in self.get_parameters_by_prefix("").items() if _is_ours(name)}
+        overrides = cast("Mapping[str, RosParameter]", self.get_parameters_by_prefix(""))
+        given = {name: override.value for name, override in overrides.items() if _is_ours(name)}
         autostart = given.pop("autostart", True)
         if not isinstance(autostart, bool):
             raise ConfigurationError(f"autostart = {autostart!r}: must be true or false")
@@ -177,7 +194,7 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
     return descriptor
 
 
-def run(factory: Callable[[], SuiteNode[Any]], args: Sequence[str] | None = None) -> int:
+def run(factory: Callable[[], SuiteNode[Any]], args: list[str] | None = None) -> int:
     """Live as one node until SIGINT or SIGTERM; exit code 0 then, 1 with one line where it cannot start.
 
     The signals only end the loop: the node still has its topics while it stops.
@@ -198,6 +215,7 @@ def run(factory: Callable[[], SuiteNode[Any]], args: Sequence[str] | None = None
         executor = EventsExecutor()
         executor.add_node(node)
         node.autostart()
+        gc.freeze()  # what is there now stays; the collector need not walk through it again
         while not stopped:
             executor.spin_once(timeout_sec=1.0)
         return 0

@@ -39,7 +39,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._state_period_ns = int(1e9 / config.state_rate)
         self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
         self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = 0
-        self._clock = self.get_clock()
+        self._ros_clock = self.get_clock()
         qos = RELIABLE if config.reliability == "reliable" else BEST_EFFORT
         self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
@@ -98,7 +98,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             self._take(sample)
 
     def _refuse(self, stamp_ns: int, sensor: str) -> bool:
-        if 0 < stamp_ns <= self._clock.now().nanoseconds + self._future_ns:
+        if 0 < stamp_ns <= self._ros_clock.now().nanoseconds + self._future_ns:
             return False
         self._refused[f"{self.config.transmission}/{sensor}"] += 1
         return True
