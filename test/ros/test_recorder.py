@@ -1,0 +1,92 @@
+"""The recorder as a process: it ends well on signals, and leaves a readable bag when it cannot."""
+
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from vsa_bringup.isolation import claim_corner
+from vsa_bringup.processes import executable
+from vsa_common import bags
+from vsa_common.node import RELIABLE
+
+TOPIC, FOREIGN = "/vsa/motor_commands", "/arm/joint_states"
+COUNT = 400
+
+
+@pytest.fixture(scope="module")
+def corner():
+    claimed = claim_corner()
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in claimed.environment().items():
+            patch.setenv(name, value)
+        yield claimed
+
+
+@pytest.fixture(scope="module")
+def node(corner):
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    yield rclpy.create_node("talker")
+    rclpy.try_shutdown()
+
+
+def record(out, *arguments: str) -> subprocess.Popen:
+    command = [executable("vsa_bringup", "record"), "--out", str(out), *arguments]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
+
+
+def talk(node, topic: str, process: subprocess.Popen) -> None:
+    """Publish once the recorder listens."""
+    publisher = node.create_publisher(JointState, topic, RELIABLE)
+    end = time.monotonic() + 60.0
+    while publisher.get_subscription_count() == 0:
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < end
+        rclpy.spin_once(node, timeout_sec=0.05)
+    for k in range(COUNT):
+        publisher.publish(JointState(name=["motor_1"], position=[float(k)]))
+        time.sleep(0.001)
+    time.sleep(0.3)
+    node.destroy_publisher(publisher)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_closes_the_bag_with_every_message_in_it(node, tmp_path, number):
+    process = record(tmp_path / "bag")
+    talk(node, TOPIC, process)
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert "0 dropped" in errors
+    positions = [message.position[0] for _, _, message in bags.read(tmp_path / "bag", [TOPIC])]
+    assert positions == [float(k) for k in range(COUNT)]
+    assert (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def test_a_crash_costs_no_more_than_the_last_moment(node, tmp_path):
+    process = record(tmp_path / "bag", "--ros-args", "-p", "flush_period:=0.1")
+    talk(node, TOPIC, process)
+    process.kill()
+    process.communicate()
+    positions = [message.position[0] for _, _, message in bags.read(tmp_path / "bag", [TOPIC])]
+    assert positions == [float(k) for k in range(COUNT)]
+
+
+def test_topics_of_others_are_recorded_when_asked_for(node, tmp_path):
+    process = record(tmp_path / "bag", "--topic", FOREIGN)
+    talk(node, FOREIGN, process)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    assert bags.topics(tmp_path / "bag")[FOREIGN].messages >= COUNT / 2
+
+
+def test_an_existing_folder_is_refused_with_one_line(corner, tmp_path):
+    process = record(tmp_path)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert "exists already" in errors
+    assert "Traceback" not in errors
