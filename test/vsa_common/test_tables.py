@@ -56,12 +56,12 @@ def test_flags_are_written_as_numbers(tmp_path):
 
 def test_a_missing_column_is_named_with_what_was_found(tmp_path):
     said = complaint(table(tmp_path, "time,force\n0,1\n"))
-    assert "line 1" in said and "stamp" in said and "time" in said
+    assert all(word in said for word in ("line 1", "stamp", "time"))
 
 
 def test_a_word_where_a_number_belongs_is_named_with_its_line(tmp_path):
     said = complaint(table(tmp_path, "stamp,force\n0,1\n1,soft\n"))
-    assert "line 3" in said and "'soft'" in said and "force" in said
+    assert all(word in said for word in ("line 3", "'soft'", "force"))
 
 
 def test_a_row_that_is_too_long_is_named_with_its_line(tmp_path):
@@ -90,7 +90,9 @@ def test_any_bytes_are_read_or_refused_with_one_line(tmp_path_factory, content):
     path.write_bytes(content)
     try:
         columns = read_columns(path, ["stamp", "force"])
+        said = ""
     except TableError as error:
-        assert "\n" not in str(error)
-    else:
-        assert len(columns["stamp"]) == len(columns["force"]) > 0
+        columns = {"stamp": np.zeros(1), "force": np.zeros(1)}
+        said = str(error)
+    assert "\n" not in said
+    assert len(columns["stamp"]) == len(columns["force"]) > 0
