@@ -1,7 +1,11 @@
 """Failures: the words, and what each does to readings and frames."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
+from vsa_driver.frames import RIG_DBC
 from vsa_driver.rig.config import SensorConfig
 from vsa_driver.rig.failure import INSTANCES, TYPES, Event, Failure, FailureError, parse, scenario
 from vsa_driver.rig.faults import Faults, Outgoing
@@ -222,3 +226,11 @@ def test_every_type_works_on_every_component_that_supports_it():
             else:
                 assert np.isfinite(injected.reading(component, 1, 12.0, 0))
     assert supported == 4 * 12 + 1 + 10
+
+
+def test_the_scenario_that_comes_with_the_rig_is_read_and_has_every_fault_that_a_lab_rehearses():
+    path = Path(RIG_DBC).with_name("scenario_faults.yaml")
+    kinds = {event.failure.kind for event in scenario(yaml.safe_load(path.read_text()))}
+    assert kinds >= {
+        "stuck", "intermittent", "spike", "drift", "noise", "delayed", "duplicate", "bus_off", "wrap", "saturated",
+    }  # fmt: skip
