@@ -1,6 +1,7 @@
 """What the estimator does with samples that are not as they should be."""
 
 import copy
+import dataclasses
 import functools
 import math
 
@@ -209,3 +210,16 @@ def test_inertia_of_a_light_mass_at_slow_speed_is_never_valid_and_says_what_to_d
     estimator = Estimator(wrong_start(TRANSMISSION_1))
     assert not any(estimate.inertia_valid for estimate in run(estimator, recording))
     assert any("inertia" in line and "0.7 Hz" in line for line in estimator.state().observability)
+
+
+def test_a_heavy_mass_on_one_slow_tone_keeps_an_honest_interval_and_an_invalid_inertia():
+    heavy = dataclasses.replace(TRANSMISSION_1, mass=375.5)
+    recording = record(heavy, SLOW, 40.0)
+    estimator = Estimator(wrong_start(heavy))
+    estimates = run(estimator, recording)
+    stiffness = column(estimates, "stiffness")
+    std = np.sqrt(column(estimates, "stiffness_variance")) / stiffness
+    inside = np.abs(np.log(stiffness / recording.stiffness)) < 1.96 * std
+    assert inside[2000:].mean() > 0.85
+    assert not any(estimate.inertia_valid for estimate in estimates)
+    assert estimates[-1].k2 == pytest.approx(heavy.k2, abs=3.0 * math.sqrt(estimates[-1].k2_variance))

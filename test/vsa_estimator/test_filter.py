@@ -45,7 +45,7 @@ CASES = [
 @pytest.mark.parametrize(("function", "z"), CASES)
 def test_the_jacobian_is_the_complex_step_derivative_of_the_force_law(function, z):
     gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
-    value = force(z, REFERENCE, gradient, hessian)
+    value = force(z, REFERENCE, COULOMB_SPEED, gradient, hessian)
     assert value == pytest.approx(function(z.astype(complex)).real, rel=1e-13)
     expected = complex_step_gradient(function, z)
     assert gradient * STD == pytest.approx(expected * STD, rel=1e-10, abs=1e-12)
@@ -56,7 +56,7 @@ def test_the_hessian_is_the_derivative_of_the_jacobian_but_for_coulomb_friction(
     hessian = np.empty((SIZE, SIZE))
     smooth = z.copy()
     smooth[9] = 0.0  # the friction's own curvature is left out on purpose: the reversal noise stands for it
-    force(smooth, REFERENCE, np.empty(SIZE), hessian)
+    force(smooth, REFERENCE, COULOMB_SPEED, np.empty(SIZE), hessian)
     expected = np.empty((SIZE, SIZE))
     for i in range(SIZE):
         h = 1e-4 * STD[i]
@@ -119,20 +119,28 @@ class Reference:
             ekf.x = prior + gain * (measured - expected)
             ekf.P = keep @ covariance @ keep.T + gain * noise @ gain.T
 
+    def free(self):
+        """1 for what the present motion can tell apart, 0 for what it cannot."""
+        z, p = self.force.x[:, 0], self.force.P
+        free = np.ones(SIZE)
+        free[4] = z[4] * self.stroke >= step.LEAST_STROKE
+        free[5:7] = z[1] ** 2 >= 9.0 * p[1, 1]
+        free[7] = z[2] ** 2 >= 9.0 * p[2, 2]
+        return free
+
     def deflection(self, measured, noise):
-        self.update(measured, np.eye(SIZE)[0], self.force.x[0, 0], noise, np.ones(SIZE), 0.5)
+        self.update(measured, np.eye(SIZE)[0], self.force.x[0, 0], noise, self.free(), 0.5)
 
     def force_step(self, measured, noise, deflection_noise, dt):
         z, p = self.force.x[:, 0], self.force.P
         gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
-        expected = force(z, REFERENCE, gradient, hessian)
-        reversal = step.REVERSAL_FORCE * np.exp(-((z[1] / step.REVERSAL_SPEED) ** 2))
+        expected = force(z, REFERENCE, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1]), gradient, hessian)
+        friction = max(z[9] + np.sqrt(p[9, 9]), step.LEAST_REVERSAL_FORCE)
+        reversal = friction * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 4.0 * p[1, 1]))
         bent = np.trace(hessian @ p @ hessian @ p) / 2.0
         total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + gradient[0] ** 2 * deflection_noise + bent
-        free = np.ones(SIZE)
-        free[4] = z[4] * self.stroke >= step.LEAST_STROKE
-        free[5:7] = z[1] ** 2 >= 9.0 * p[1, 1]
-        free[7] = z[2] ** 2 >= 9.0 * p[2, 2] and abs(z[2]) * np.sqrt(p[7, 7]) >= 0.2 * np.sqrt(noise)
+        free = self.free()
+        free[7] *= abs(z[2]) * np.sqrt(p[7, 7]) >= 0.2 * np.sqrt(noise)
         self.update(measured, gradient, expected + np.trace(hessian @ p) / 2.0, total, free, 2.0)
         z = self.force.x[:, 0]
         z[4], z[5], z[7] = max(z[4], 20.0), max(z[5], 50.0), max(z[7], 0.0)
@@ -157,7 +165,7 @@ def test_ten_thousand_steps_agree_with_filterpy_to_1e_9():
         measured_x = motion[0] + 1e-5 * rng.standard_normal() * (8.0 if k % 997 == 500 else 1.0)
         measured_f = law(np.array([*motion, *TRUTH[3:]])) + 0.017 * rng.standard_normal()
         step.predict(z, p, dt, 1e-4)
-        step.correct_deflection(z, p, measured_x, 1e-10, monitor)
+        step.correct_deflection(z, p, measured_x, 1e-10, 0.010, monitor)
         step.correct_force(z, p, REFERENCE, measured_f, 0.017**2, 1e-10, dt, 0.010, monitor)
         reference.predict(dt, 1e-4)
         reference.deflection(measured_x, 1e-10)
@@ -174,7 +182,7 @@ def test_the_covariance_stays_symmetric_to_the_bit_and_positive():
     z, p, monitor = TRUTH.copy(), np.diag(STD**2), np.zeros(3)
     for _ in range(2_000):
         step.predict(z, p, 0.01, 1e-3)
-        step.correct_deflection(z, p, 0.010 + 1e-5 * rng.standard_normal(), 1e-10, monitor)
+        step.correct_deflection(z, p, 0.010 + 1e-5 * rng.standard_normal(), 1e-10, 0.010, monitor)
         step.correct_force(
             z, p, REFERENCE, law(TRUTH) + 0.017 * rng.standard_normal(), 3e-4, 1e-10, 0.01, 0.01, monitor
         )
@@ -187,6 +195,6 @@ def test_a_hundred_sigma_measurement_changes_nothing():
     z, p, monitor = TRUTH.copy(), np.diag(STD**2) * 1e-4, np.zeros(3)
     before = z.copy(), p.copy()
     assert not step.correct_force(z, p, REFERENCE, law(TRUTH) + 100 * 0.017, 0.017**2, 0.0, 0.01, 0.01, monitor)
-    assert not step.correct_deflection(z, p, 0.010 + 1e-3, 1e-10, monitor)
+    assert not step.correct_deflection(z, p, 0.010 + 1e-3, 1e-10, 0.010, monitor)
     assert np.array_equal(z, before[0])
     assert np.array_equal(p, before[1])

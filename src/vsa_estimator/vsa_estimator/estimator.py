@@ -101,7 +101,7 @@ class Estimator:
             self._stamp_ns, status, reason, self._reset_count, self._reset_reason,
             z[0], variance[0], moving, z[1], variance[1], moving, z[2], variance[2], moving,
             tracker.reference, z[3], variance[3], known.stiffness,
-            z[4], variance[4], known.k2,
+            z[4], tracker.k2_variance, known.k2,
             z[5], variance[5], known.d1,
             z[6], variance[6], known.d2,
             z[7], variance[7], known.inertia,
@@ -170,7 +170,7 @@ class Estimator:
             self._refresh(block)
         if not tracker.knows:
             self._learn(block)
-        self._known = judge(tracker)
+        self._known = judge(tracker, self._force_noise.std)
 
     def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
         tracker = self._tracker
@@ -279,7 +279,7 @@ class Estimator:
             a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,
             damping, damping_variance, damping_valid, inertia, inertia_variance, heard and known.inertia,
             stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
-            float(z[4]), float(p[4, 4]), float(z[6]), float(p[6, 6]), float(z[8]), float(z[9]),
+            float(z[4]), self._tracker.k2_variance, float(z[6]), float(p[6, 6]), float(z[8]), float(z[9]),
         )  # fmt: skip
 
 

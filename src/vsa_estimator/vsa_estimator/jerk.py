@@ -9,7 +9,7 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
-CANDIDATES = np.logspace(-8.0, 1.0, 19)  # [m^2/s^5]
+CANDIDATES: Array = np.logspace(-8.0, 1.0, 19).astype(np.float64)  # [m^2/s^5]
 LEAST = 1e-5  # the filter never assumes less [m^2/s^5]
 _LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
 
@@ -53,7 +53,7 @@ class JerkDensity:
     def __init__(self, windows: int = 6, memory: int = 20) -> None:
         """A window is what lies between two calls of `refresh`; likelihoods reach back over `windows` of them."""
         self.density = 1e-3
-        self._bank = np.zeros((9, CANDIDATES.size))
+        self._bank: Array = np.zeros((9, CANDIDATES.size))
         self._likelihood = np.zeros(CANDIDATES.size)
         self._recent: deque[Array] = deque(maxlen=windows)
         self._best: deque[float] = deque(maxlen=memory)

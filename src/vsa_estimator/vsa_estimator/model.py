@@ -29,7 +29,7 @@ class Z(IntEnum):
 
 
 SIZE = 10
-COULOMB_SPEED = 0.15e-3  # speed at which the filter's Coulomb friction has risen to 76 % [m/s]
+COULOMB_SPEED = 0.1e-3  # speed at which the filter's Coulomb friction has risen to 76 % [m/s]
 UNBOUNDED_SPEED = 1.0  # maximum speed of a damper that is linear as far as one can tell [m/s]
 
 
@@ -48,21 +48,22 @@ def ln_stiffness(z: Array, reference: float) -> float:
 
 
 @compiled
-def force(z: Array, reference: float, gradient: Array, hessian: Array) -> float:
+def force(z: Array, reference: float, coulomb_speed: float, gradient: Array, hessian: Array) -> float:
     """Force [N] of eq. (6) at state z; its gradient (10) and hessian (10 x 10) go into the arrays given.
 
-    Beyond v* the damper holds its greatest force: a passive damper cannot push.
+    Beyond v* the damper holds its greatest force: a passive damper cannot push. The sign in eq. (5) is smoothed over
+    `coulomb_speed` [m/s]: the mean over an uncertain speed is smoother than the friction itself.
     """
     v, a, k2, d1, d2, mass, offset, coulomb = z[1], z[2], z[4], z[5], z[6], z[7], z[8], z[9]
     dx = z[0] - reference
     sigma = np.exp(ln_stiffness(z, reference))
     w = maximum_speed(d1, d2)
     c = min(max(v, -w), w)
-    friction = np.tanh(v / COULOMB_SPEED)
+    friction = np.tanh(v / coulomb_speed)
 
     gradient[0] = sigma
     gradient[1] = d1 + 3.0 * d2 * c * c if abs(v) < w else 0.0
-    gradient[1] += coulomb * (1.0 - friction * friction) / COULOMB_SPEED
+    gradient[1] += coulomb * (1.0 - friction * friction) / coulomb_speed
     gradient[2] = mass
     gradient[3] = sigma / k2
     gradient[4] = sigma / k2 * (dx - 1.0 / k2)

@@ -12,6 +12,7 @@ DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D
 K2 = 0.05
 CUBIC = 0.25  # of a valid d2
 INERTIA = 0.2
+CLEAR_FORCE = 3.0  # an inertia is valid while it takes this many standard deviations of the force noise to move it
 NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
 
 
@@ -27,17 +28,17 @@ class Known(NamedTuple):
     coulomb_friction: bool
 
 
-def judge(tracker: Tracker) -> Known:
-    """What the filter knows at its last step."""
+def judge(tracker: Tracker, force_noise_std: float) -> Known:
+    """What the filter knows at its last step; `force_noise_std` [N] of one sample."""
     z, p = tracker.z, tracker.p
     std = np.sqrt(np.maximum(np.diag(p), 0.0)).tolist()
     k2, d1, d2, mass = (abs(value) for value in z[4:8].tolist())
     return Known(
         stiffness=std[Z.S] < STIFFNESS,
-        k2=std[Z.K2] < K2 * k2 and tracker.enough_stroke,
+        k2=tracker.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
         d1=std[Z.D1] < DAMPING * d1,
         d2=std[Z.D2] < CUBIC * d2,
-        inertia=std[Z.M] < INERTIA * mass,
+        inertia=std[Z.M] < INERTIA * mass and tracker.inertial_force > CLEAR_FORCE * force_noise_std,
         force_offset=std[Z.F0] < 1.0,
         coulomb_friction=std[Z.D0] < 0.2,
     )

@@ -8,10 +8,12 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
-from vsa_estimator.filter import REST_SPEED, REVERSAL_FORCE, REVERSAL_SPEED
+from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.model import COULOMB_SPEED, UNBOUNDED_SPEED, Array
 from vsa_estimator.settings import Initial
 
+REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...
+REVERSAL_SPEED = 0.3e-3  # ... which is this wide [m/s]
 MEMBERS = 15
 SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6

@@ -1,5 +1,6 @@
 """The filter's state over time: steps, rejections, and what to do when a sensor starts to tell another story."""
 
+import math
 from collections import deque
 
 import numpy as np
@@ -13,7 +14,7 @@ from vsa_estimator.filter import (
     predict,
     report,
 )
-from vsa_estimator.model import SIZE, Array, Z, force
+from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force
 from vsa_estimator.settings import Initial
 
 START_SPEED_STD = 2e-3  # [m/s]
@@ -40,6 +41,8 @@ class Tracker:
         self._watched_sum = 0.0
         self._high = 0.0
         self._low = 0.0
+        self._acceleration_square = 0.0  # leaky mean, the filter's own uncertainty taken off [m^2/s^4]
+        self._motion = np.zeros(5)  # leaky weight, and sums of x, a, x^2, x a
 
     @property
     def speed(self) -> float:
@@ -114,7 +117,7 @@ class Tracker:
 
     def correct_deflection(self, measured: float, variance: float) -> bool:
         """Take a deflection in; False where the gate rejects it."""
-        return bool(correct_deflection(self.z, self.p, measured, variance, self.deflection_monitor))
+        return bool(correct_deflection(self.z, self.p, measured, variance, self.stroke, self.deflection_monitor))
 
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
@@ -123,6 +126,9 @@ class Tracker:
         self.p[range(3, SIZE), range(3, SIZE)] += DRIFT * dt
         x = float(self.z[Z.X])
         leak = dt / STROKE_MEMORY
+        dx, a = x - self.reference, float(self.z[Z.A])
+        self._acceleration_square += leak * (a * a - float(self.p[2, 2]) - self._acceleration_square)
+        self._motion += leak * (np.array([1.0, dx, a, dx * dx, dx * a]) - self._motion)
         self._high = max(x, self._high - leak * (self._high - x))
         self._low = min(x, self._low + leak * (x - self._low))
         taken = bool(
@@ -144,7 +150,7 @@ class Tracker:
         """Force of eq. (6) at another place with the present motion [N]."""
         z = self.z.copy()
         z[Z.X] = deflection
-        return float(force(z, self.reference, np.zeros(SIZE), np.zeros((SIZE, SIZE))))
+        return float(force(z, self.reference, COULOMB_SPEED, np.zeros(SIZE), np.zeros((SIZE, SIZE))))
 
     def report(self, ahead: float, jerk_density: float, out: Array) -> None:
         """Impedance `ahead` seconds from the last step into out, as filter.report orders it."""
@@ -153,6 +159,28 @@ class Tracker:
             z, p = z.copy(), p.copy()
             predict(z, p, ahead, jerk_density)
         report(z, p, self.reference, out)
+        # Twice the spring that a wrong mass would look like: with one tone nothing tells the two apart.
+        out[7] += 4.0 * float(p[7, 7]) * self.inertial_spring**2 / float(out[6]) ** 2
+
+    @property
+    def inertial_spring(self) -> float:
+        """Stiffness that a unit of mass takes off a spring on the present motion [1/s^2]: w^2 for one tone."""
+        weight, x, a, xx, xa = self._motion.tolist()
+        if weight <= 0.0:
+            return 0.0
+        spread = xx / weight - (x / weight) ** 2
+        return max(0.0, -(xa / weight - x * a / weight**2) / spread) if spread > 1e-12 else 0.0
+
+    @property
+    def k2_variance(self) -> float:
+        """Of k2 [1/m^2], with what the mass might hide."""
+        hidden = 2.0 * float(self.z[Z.K2]) * self.inertial_spring * float(np.exp(-self.z[Z.S]))
+        return float(self.p[4, 4]) + hidden * hidden * float(self.p[7, 7])
+
+    @property
+    def inertial_force(self) -> float:
+        """Root mean square of the force that moves the mass [N]."""
+        return float(self.z[Z.M]) * math.sqrt(max(self._acceleration_square, 0.0))
 
     def _watch(self, nis: float) -> None:
         if len(self._watched) == self._watched.maxlen:
