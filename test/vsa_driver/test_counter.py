@@ -10,6 +10,7 @@ def feed(counter, raws, period_ns=MS, start_ns=10**18):
     return [counter.add(raw, start_ns + i * period_ns) for i, raw in enumerate(raws)]
 
 
+@settings(deadline=None)
 @given(
     st.integers(4, 24),
     st.integers(-(2**30), 2**30),
@@ -75,7 +76,7 @@ def test_a_device_that_paused_lost_nothing(bits, pause_ms):
     assert (counter.lost, counter.restarts) == (0, 0)
 
 
-@settings(max_examples=200)
+@settings(deadline=None)
 @given(
     st.integers(1, 32), st.lists(st.tuples(st.integers(0, 2**32 - 1), st.integers(-(10**10), 2 * 10**18)), max_size=60)
 )

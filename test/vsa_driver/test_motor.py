@@ -2,7 +2,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from vsa_driver.motor import CommandRefused, MotorGate, MotorLimits
 
@@ -99,6 +99,7 @@ def test_disarming_stops_at_once_and_says_why_to_the_next_command():
     assert gate.step(101.0) == (1.0, 1.0)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from("mcasd"), st.floats(), st.floats(), st.floats(0.0, 1.0)), max_size=60))
 def test_whatever_comes_no_step_is_faster_than_the_limit_or_goes_further_out_of_bounds(events):
     gate, now, last = MotorGate(LIMITS), 0.0, None

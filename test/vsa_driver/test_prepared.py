@@ -1,6 +1,6 @@
 import pytest
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
@@ -11,6 +11,7 @@ FINITE = st.floats(allow_nan=False)
 STAMP_NS = st.integers(0, (2**31 - 1) * 1_000_000_000 + 999_999_999)
 
 
+@settings(deadline=None)
 @given(STAMP_NS, FINITE, FINITE, st.sampled_from(["", "m", "transmission_1", "a longer name of a frame"]))
 def test_a_filled_message_is_the_one_that_rclpy_reads(stamp_ns, one, two, frame):
     message = JointState(header=Header(frame_id=frame), name=["motor_1", "motor_2"], position=[1.5e-200, 2.5e-200])

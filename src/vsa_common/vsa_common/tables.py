@@ -24,7 +24,7 @@ def read_columns(path: str | Path, names: Sequence[str], optional: Sequence[str]
     text = _read_text(path)
     missing = [name for name in names if name not in text.columns]
     if missing:
-        found = ", ".join(text.columns) or "nothing"
+        found = " ".join(", ".join(text.columns).split()) or "nothing"
         raise TableError(f"{path}: line 1: expected the columns {', '.join(names)}; found {found}")
     if text.height == 0:
         raise TableError(f"{path}: line 2: expected a row of numbers, found the end of the file")

@@ -1,6 +1,7 @@
 """Scale and offset of a force sensor against a reference gauge, section VI of the paper."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,18 +78,26 @@ def fit_logs(stamp: Array, force: Array, gauge_stamp: Array, gauge: Array, max_l
         row = int(np.argmax(np.diff(gauge_stamp) <= 0.0)) + 1
         raise GaugeError(f"stamp {float(gauge_stamp[row])!r} of the reference is not later than the one before")
 
-    def shifted(lag: float) -> GaugeFit:
+    def paired(lag: float) -> tuple[Array, Array]:
         at = stamp + lag
-        inside = (at >= gauge_stamp[0]) & (at <= gauge_stamp[-1])
-        return fit(force[inside], np.interp(at[inside], gauge_stamp, gauge))
+        inside = (at >= gauge_stamp[0]) & (at <= gauge_stamp[-1]) & np.isfinite(force)
+        return force[inside], np.interp(at[inside], gauge_stamp, gauge)
 
-    lag = _least(lambda lag: shifted(lag).residual_std, max_lag) if max_lag > 0.0 else 0.0
-    if max_lag > 0.0 and abs(lag) > 0.99 * max_lag:
+    lag = _least(lambda lag: _left_over(*paired(lag)), max_lag) if max_lag > 0.0 else 0.0
+    if max_lag > 0.0 and abs(lag) > 0.99 * max_lag and paired(lag)[0].size >= _FEWEST:
         raise GaugeError(f"the logs fit best {lag:+.3g} s apart, at the end of the range searched; align their stamps")
-    return GaugeFit(**{**vars(shifted(lag)), "lag": lag})
+    return replace(fit(*paired(lag)), lag=lag)
 
 
-def _least(cost, reach: float) -> float:  # type: ignore[no-untyped-def]
+def _left_over(x: Array, y: Array) -> float:
+    """Variance of y that no straight line in x explains."""
+    if x.size < _FEWEST:
+        return float("inf")
+    (xx, xy), (_, yy) = np.cov(x, y)
+    return float(yy - xy**2 / xx) if xx > 0.0 else float("inf")
+
+
+def _least(cost: Callable[[float], float], reach: float) -> float:
     """Where `cost` is least within +-reach: grids, each a tenth as wide as the last."""
     centre, width = 0.0, reach
     for _ in range(4):
