@@ -1,4 +1,4 @@
-"""`./vsa bench estimation`: both formulations, their peers and the Cramer-Rao bound on the same simulated recordings."""
+"""`./vsa bench estimation`: formulations, peers and the Cramer-Rao bound on the same simulated recordings."""
 
 import argparse
 import json

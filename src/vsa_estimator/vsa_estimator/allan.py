@@ -1,6 +1,6 @@
 """Allan deviation of a sensor's record: how large its noise is, and whether it is white (section VI).
 
-The one door to allantools. The mean over tau of white noise has an Allan variance that falls as 1/tau; drift bends it up.
+The one door to allantools. White noise has an Allan variance that falls as 1/tau; drift bends it up.
 """
 
 from dataclasses import dataclass
@@ -54,7 +54,7 @@ def allan(signal: Array, rate: float) -> Allan:
     x, y = np.log(tau), 2.0 * np.log(np.maximum(deviation, 1e-300))
     centred = x - np.average(x, weights=weights)
     slope = float(np.sum(weights * centred * y) / max(np.sum(weights * centred**2), 1e-300))
-    ratio = deviation**2 * (tau * rate) / max(std, 1e-300) ** 2
+    ratio = deviation**2 * (tau * rate) / max(std, 1e-150) ** 2
     low, high = (chi2.ppf(p, freedom) / freedom for p in (0.5 - CONFIDENCE / 2.0, 0.5 + CONFIDENCE / 2.0))
     inside = bool(np.all((ratio > 0.97 * low) & (ratio < 1.03 * high)))
     white = std > 0.0 and inside and abs(slope - WHITE_SLOPE) < TOLERANCE

@@ -37,7 +37,7 @@ class ForceRateEstimator:
         self.config = config
         self._intake = Intake(10.0 * config.force_limit, 10.0 * config.deflection_limit)
         self._reset_count, self._reset_reason = 0, Reset.NONE
-        self._fused = 0
+        self._fused = self._stamp_ns = 0
         self._begin()
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
@@ -71,7 +71,6 @@ class ForceRateEstimator:
 
     def state(self) -> State:
         """What the estimator knows now."""
-        initial = self.config.initial
         estimate = self._report(self._stamp_ns) if self._filter is not None else None
         z, p = self._motion_and_impedance()
         c, cov = self._coefficients(z, p)
@@ -92,18 +91,18 @@ class ForceRateEstimator:
         )
         lines = tuple(f"{name}: not known from this motion" for name, valid in flags if not valid)
         heard = estimate is not None
+        nis, rejected = (self._filter.nis, self._filter.rejected) if self._filter is not None else (0.0, [0, 0])
         return State(
             self._stamp_ns, status, reason, self._reset_count, self._reset_reason,
             z[0], p[0, 0], heard, z[1], p[1, 1], heard, z[2], p[2, 2], heard,
             self._reference, c[0], var[0], stiffness_valid, c[1], var[1], known[0], c[2], var[2], known[1],
             c[3], var[3], known[2], c[4], var[4], known[3],
-            c[5], var[5], math.sqrt(var[5]) < max(1.0, initial.force_offset_std / 10.0), c[6], var[6], math.sqrt(var[6]) < 0.2,
+            c[5], var[5], math.sqrt(var[5]) < 1.0, c[6], var[6], math.sqrt(var[6]) < 0.2,
             tuple(cov.ravel().tolist()), lines,
             self._innovation, self._innovation_variance, 0.0, self._deflection_std(1) ** 2,
-            0.0 if self._filter is None else self._filter.nis, self.config.force_noise_std, self._deflection_std(1),
+            nis, self.config.force_noise_std, self._deflection_std(1),
             self._jerk.density, self._fused, self._intake.dropped,
-            0 if self._filter is None else self._filter.rejected[1], 0 if self._filter is None else self._filter.rejected[0],
-            0,
+            rejected[1], rejected[0], 0,
         )  # fmt: skip
 
     def _begin(self) -> None:
@@ -115,7 +114,8 @@ class ForceRateEstimator:
         self._rate = RateFilter()
         self._jerk = JerkDensity()
         self._blocks = BlockAverage(self.config.filter_rate)
-        self._stamp_ns = self._step_ns = self._refreshed_ns = self._offset_ns = 0
+        self._stamp_ns = 0
+        self._step_ns = self._refreshed_ns = self._offset_ns = 0
         self._reversed_ns, self._direction = 0, 0.0
         self._force = self._reference = self._innovation = 0.0
         self._innovation_variance = 1.0
@@ -166,7 +166,7 @@ class ForceRateEstimator:
         if abs(speed) < REVERSAL_SPEED or direction != self._direction:
             self._reversed_ns, self._direction = block.stamp_ns, direction
         age = (block.stamp_ns - self._reversed_ns) * 1e-9
-        kick = 2.0 * self._offsets.friction / RATE_FILTER * math.exp(-age / RATE_FILTER)
+        kick = 2.0 * self._friction / RATE_FILTER * math.exp(-age / RATE_FILTER)
         return math.hypot(self._white_rate_std() / math.sqrt(block.samples), kick)
 
     def _learn_offset(self, block: Block) -> None:
@@ -239,14 +239,19 @@ class ForceRateEstimator:
     def _complaint(self) -> str:
         if self._spoilt:
             return (
-                f"Coulomb friction of {self._offsets.friction:.2f} N kicks the force rate at each reversal; "
+                f"Coulomb friction of {self._friction:.2f} N kicks the force rate at each reversal; "
                 "use formulation force"
             )
         return "" if self._explained else "the filter does not explain the force rate; use formulation force"
 
     @property
+    def _friction(self) -> float:
+        """As found, and no less than expected: a kick not allowed for is taken for damping, and hides the friction."""
+        return max(self._offsets.friction, self.config.initial.coulomb_friction)
+
+    @property
     def _spoilt(self) -> bool:
-        return 2.0 * self._offsets.friction / RATE_FILTER > SPOILT * self._white_rate_std()
+        return 2.0 * self._friction / RATE_FILTER > SPOILT * self._white_rate_std()
 
     @property
     def _explained(self) -> bool:

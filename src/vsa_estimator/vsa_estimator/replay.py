@@ -128,9 +128,10 @@ def _run(arguments: argparse.Namespace) -> int:
     (arguments.out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
     for name, one in summary.items():
         k2 = one["coefficients"]["k2"]
+        reason = f"; {one['reason']}" if one["reason"] else ""
         print(
-            f"{name}: {one['rows_used']} of {one['rows_read']} samples in {one['replayed_in_s']:.1f} s, {one['status']}, "
-            f"k2 {k2['value']:.5g} +- {k2['std']:.2g} 1/m{'; ' if one['reason'] else ''}{one['reason']}"
+            f"{name}: {one['rows_used']} of {one['rows_read']} samples in {one['replayed_in_s']:.1f} s, "
+            f"{one['status']}, k2 {k2['value']:.5g} +- {k2['std']:.2g} 1/m{reason}"
         )
     if not all(recording.complete for recording in recordings):
         print(f"replay: {arguments.input}: the bag was cut off; what it holds was replayed", file=sys.stderr)

@@ -41,7 +41,7 @@ def equivalent_jerk_density(truth: Truth) -> float:
 
 
 def force_gradients(truth: Truth) -> Array:
-    """Derivatives of the force, eq. (6), by the states at the truth, (samples, 10), SI; the reference is the first x."""
+    """Derivatives of the force, eq. (6), by the states at the truth, (samples, 10), SI; reference: the first x."""
     c = truth.coefficients
     dx = truth.deflection - truth.deflection[0]
     sigma = truth.stiffness

@@ -66,6 +66,8 @@ def _one_run(
     estimates, states = [], []
     for k, (stamp_ns, force, deflection) in enumerate(samples):
         estimate = estimator.add(stamp_ns, force, deflection)
+        if estimate is None:
+            raise RuntimeError(f"sample {k} of a simulated recording was dropped")
         estimates.append(tuple(estimate[i] for i in COLUMNS))
         if k % every == every - 1:
             states.append(estimator.state())

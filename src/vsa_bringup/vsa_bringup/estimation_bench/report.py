@@ -13,8 +13,8 @@ HEADER = (
     "cover s/D/k2", "s from 1 s", "NEES", "/bound s,k2", "wrong", "valid s/D/M", "us/step",
 )  # fmt: skip
 NOTE = (
-    "Errors in %, over the last 30 %: stiffness and damping NRMSE (median), k2 and d2 rms. Coverage of the 95 % intervals; "
-    "NEES against 3; wrong: share of samples valid and beyond 4 sd and 1 % (stiffness, damping or inertia)."
+    "Errors in %, over the last 30 %: stiffness and damping NRMSE (median), k2 and d2 rms. Coverage of the 95 % "
+    "intervals; NEES against 3; wrong: share of samples valid and beyond 4 sd and 1 % (stiffness, damping or inertia)."
 )
 COLOURS = {"force": SIDE_1, "force_rate": SIDE_2}
 MARKERS = {

@@ -3,10 +3,13 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 from vsa_bringup.estimation_bench.bound import Bound
 from vsa_bringup.estimation_bench.recordings import Recording
 from vsa_bringup.estimation_bench.track import Array, Track
+
+Mask = NDArray[np.bool_]
 
 SETTLED = 0.7  # errors are scored over what follows this share of a recording
 CONVERGED = 0.05  # relative error of stiffness
@@ -64,7 +67,7 @@ def time_to_accuracy(ln_error: Array, time: Array) -> Array:
     return np.where(outside.any(axis=1), after, 0.0)
 
 
-def nrmse(estimate: Array, true: Array, part: Array) -> Array:
+def nrmse(estimate: Array, true: Array, part: Mask) -> Array:
     """Root mean square error of each run over `part`, relative to the true quantity's root mean square."""
     if estimate.shape[1] == 1:
         return np.full(len(estimate), np.nan)
@@ -75,7 +78,7 @@ def confidently_wrong(track: Track, recording: Recording) -> dict[str, float | N
     """Share of samples, start included, that are valid, yet off by more than 4 standard deviations and 1 %."""
     truth = recording.truth
     inertia = np.full_like(truth.time, truth.coefficients.inertia)
-    result = {}
+    result: dict[str, float | None] = {}
     for name, true in (("stiffness", truth.stiffness), ("damping", truth.damping), ("inertia", inertia)):
         if _width(track, name) == 1:
             result[name] = None
@@ -87,7 +90,7 @@ def confidently_wrong(track: Track, recording: Recording) -> dict[str, float | N
     return result
 
 
-def _valid_share(track: Track, name: str, settled: Array) -> float | None:
+def _valid_share(track: Track, name: str, settled: Mask) -> float | None:
     return None if _width(track, name) == 1 else float(np.mean(getattr(track, f"{name}_valid")[:, settled]))
 
 
@@ -95,7 +98,7 @@ def _width(track: Track, name: str) -> int:
     return int(getattr(track, f"{name}_valid").shape[1])
 
 
-def _damping_nrmse(track: Track, recording: Recording, settled: Array) -> Array:
+def _damping_nrmse(track: Track, recording: Recording, settled: Mask) -> Array:
     """As nrmse, where damping is valid (a method without validity: below the damper's maximum speed)."""
     truth = recording.truth
     if track.damping.shape[1] == 1:
@@ -107,7 +110,7 @@ def _damping_nrmse(track: Track, recording: Recording, settled: Array) -> Array:
     return np.sqrt(np.divide(squares, own, out=np.full(len(own), np.nan), where=own > 0.0))
 
 
-def _coverage(error: Array, variance: Array, part: Array, valid: Array | None = None) -> float | None:
+def _coverage(error: Array, variance: Array, part: Mask, valid: Array | None = None) -> float | None:
     """Share of samples whose 95 % interval holds the truth."""
     if variance.shape[1] == 1:
         return None
@@ -122,7 +125,7 @@ def _worst(ln_error: Array, times: Array, time: Array) -> float | None:
     return _number(np.max(np.abs(np.expm1(ln_error[after])))) if after.any() else None
 
 
-def _ratios(track: Track, recording: Recording, bound: Bound, settled: Array) -> dict[str, float | None]:
+def _ratios(track: Track, recording: Recording, bound: Bound, settled: Mask) -> dict[str, float | None]:
     """Root mean square error over the bound's, over all seeds."""
     error = (track.stiffness / recording.truth.stiffness - 1.0)[:, settled]
     k2_error = track.k2[:, -1] - recording.truth.coefficients.k2

@@ -22,7 +22,7 @@ def state_variable_filter(signal: Array, rate: float, cutoff: float) -> tuple[Ar
     value, slope = (
         lfilter(*bilinear(numerator, denominator, rate), signal - first, axis=1) for numerator in ([w**3], [w**3, 0.0])
     )
-    return value + first, slope
+    return np.asarray(value + first, dtype=np.float64), np.asarray(slope, dtype=np.float64)
 
 
 def second_derivative(signal: Array, rate: float, cutoff: float) -> Array:
@@ -42,7 +42,8 @@ def basis(deflection: Array, degree: int) -> tuple[Array, Array]:
     low, high = RANGE
     scaled = (2.0 * deflection - low - high) / (high - low)
     slopes = [chebyshev.chebval(scaled, chebyshev.chebder(row)) for row in np.eye(degree + 1)]
-    return chebyshev.chebvander(scaled, degree), np.stack(slopes, axis=-1) * 2.0 / (high - low)
+    values = np.asarray(chebyshev.chebvander(scaled, degree), dtype=np.float64)
+    return values, np.asarray(np.stack(slopes, axis=-1) * 2.0 / (high - low), dtype=np.float64)
 
 
 class ForgettingLeastSquares:
