@@ -96,7 +96,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._slowest_ns = 0
         before, self._reported = self._reported, counts
         if not self._link.up:
-            return ERROR, f"bus down: {self._link.reason}", values
+            return ERROR, f"bus down: {self._link.reason or 'nobody reads it'}", values
         silent = self._silent()
         if silent:
             return ERROR, f"no samples of {' and '.join(silent)}", values

@@ -34,8 +34,8 @@ class BusLink:
 
     @property
     def up(self) -> bool:
-        """Whether the bus is open."""
-        return self._bus is not None
+        """Whether the bus is open and being read."""
+        return self._bus is not None and self._thread.is_alive()
 
     def open(self) -> None:
         """Open the bus and begin to read. Raises BusError where it cannot be opened the first time."""
