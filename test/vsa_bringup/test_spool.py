@@ -75,6 +75,7 @@ def test_a_disk_that_is_full_at_once_leaves_what_was_written(recording):
     for k in range(2000):
         spool.put(TOPIC, k, MESSAGE)
     while spool.written < 2000:
+        assert spool._thread.is_alive()
         spool._ended.wait(0.01)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     try:  # no file of this process may grow beyond 600 kB: as if the disk ended there

@@ -9,9 +9,9 @@ from geometry_msgs.msg import WrenchStamped
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rclpy.serialization import serialize_message
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
-
+from sensor_msgs.msg import JointState
 from vsa_common import bags
 from vsa_msgs.msg import JointImpedance
 
@@ -58,6 +58,23 @@ def test_a_second_library_reads_the_same_numbers(tmp_path):
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         forces = [m.wrench.force.x for _, c, _, m in reader.iter_decoded_messages() if c.topic == FORCE]
     assert forces == [float(k) for k in range(100)]
+
+
+def test_bytes_behind_a_message_do_not_get_into_the_bag_nor_disturb_its_reader(tmp_path):
+    message = JointState(name=["transmission_1"], position=[0.5])
+    message.header.frame_id = "transmission_1"
+    data = serialize_message(message)  # by Fast DDS, with room for velocities and efforts that are not there
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(tmp_path / "raw", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        writer.write(writer.add_connection("/a", "sensor_msgs/msg/JointState", typestore=store), 1, data)
+    assert [m.position[0] for _, _, m in bags.read(tmp_path / "raw")] == [0.5]
+    recording = bags.Recording(tmp_path / "ours")
+    recording.add("/a", "sensor_msgs/msg/JointState")
+    recording.write("/a", 1, data)
+    recording.close()
+    with Reader(tmp_path / "ours") as reader:  # strict about it
+        [(connection, _, written)] = reader.messages()
+        assert store.deserialize_cdr(written, connection.msgtype).position[0] == 0.5
 
 
 def test_metadata_says_what_rosbag2_of_jazzy_looks_for(tmp_path):

@@ -8,6 +8,7 @@ import argparse
 import json
 import shutil
 import signal
+import socket
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -34,7 +35,7 @@ PARTS = (
     Part("rig_simulator", "vsa_driver", "rig_simulator"),
     Part("driver", "vsa_driver", "driver"),
 )
-VIEW = Part("view", "vsa_bringup", "view", nice=10)
+VIEW_PORT = 8080
 MADE = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
 END_S = 5.0  # for the last samples to arrive on a busy machine
 Arrivals = list[tuple[int, int]]
@@ -67,7 +68,7 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> Arrivals:
     clear(folder)
     corner = claim_corner()
     parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
-    parts = [*PARTS, *scenario.parts(), *([VIEW] if options.view else [])]
+    parts = [*PARTS, *scenario.parts(), *([_view()] if options.view else [])]
     waiting = [part.name for part in parts if part.name not in ("driver", "view")]
     with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
         stage.start(parts, parameters)
@@ -128,6 +129,18 @@ def clear(folder: Path) -> None:
             shutil.rmtree(path)
         else:
             path.unlink(missing_ok=True)
+
+
+def _view() -> Part:
+    """The live page, on its usual port if that is free; says where."""
+    with socket.socket() as probe:
+        try:
+            probe.bind(("127.0.0.1", VIEW_PORT))
+        except OSError:
+            probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    print(f"live page: http://127.0.0.1:{port}/", flush=True)
+    return Part("view", "vsa_bringup", "view", ("--port", str(port)), nice=10)
 
 
 def _watch(stage: Stage, duration: float, bar: Bar) -> None:

@@ -63,8 +63,8 @@ class Spool:
                         break
             self._drain()
             self._recording.close()
-        except OSError as error:
-            self._give_up(error.strerror or str(error))
+        except Exception as error:  # a full disk, mostly; whatever it is, nobody but `failure` tells of it
+            self._give_up((error.strerror if isinstance(error, OSError) else None) or repr(error))
             self._recording.abort()
         self.dropped += len(self._queue)
         self._queue.clear()

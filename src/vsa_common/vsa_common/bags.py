@@ -4,6 +4,7 @@
 ...     print(message.stiffness)
 """
 
+import contextlib
 import struct
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ from rosbags.typesys.store import Typestore
 _OWN_PACKAGE = "vsa_msgs"
 # What the parsers of both libraries let through when a file ends in the middle of a record.
 _DAMAGE = (McapError, struct.error, EOFError, TypeError, ValueError, LookupError, OverflowError, MemoryError)
+_LISTS_LAST = ("sensor_msgs/msg/JointState",)  # of these Fast DDS hands out more bytes than there are
 _FOREVER = QosTime(9223372036, 854775807)
 _RELIABLE = Qos(
     QosHistory.KEEP_LAST, 1000, QosReliability.RELIABLE, QosDurability.VOLATILE,
@@ -62,8 +64,8 @@ def read(path: str | Path, topics: Collection[str] | None = None) -> Iterator[tu
     """
     for name, receive_ns, type_name, data, store in _raw(Path(path), topics):
         try:
-            yield name, receive_ns, store.deserialize_cdr(data, type_name)
-        except (SerdeError, KeyError) as error:
+            yield name, receive_ns, _decode(data, type_name, store)[0]
+        except (*_DAMAGE, SerdeError) as error:
             raise BagError(f"{path}: {name}: cannot decode {type_name}: {error}") from error
 
 
@@ -156,6 +158,20 @@ def _records(stream: Any, file: Path) -> Iterator[Any]:
             raise BagError(f"{file}: no readable record: {error}") from error
 
 
+def _decode(data: bytes, type_name: str, store: Typestore) -> tuple[Any, int]:
+    """A message and how many of the bytes are its own.
+
+    Fast DDS leaves room for numbers that an empty list at the end does not have, so that there may be more bytes than
+    belong to the message; rosbags refuses those.
+    """
+    if len(data) < 4 or data[0] != 0 or data[1] > 1:
+        raise SerdeError("not in CDR")
+    definition = store.get_msgdef(type_name)
+    decode = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
+    message, end = decode(data[4:], 0, definition.cls, store)
+    return message, end + 4
+
+
 @cache
 def _types() -> Typestore:
     """Jazzy's messages and those of this suite."""
@@ -223,7 +239,11 @@ class Recording:
 
     def write(self, topic: str, receive_ns: int, data: bytes) -> None:
         """One serialized message (CDR, as it came from the wire). Raises OSError when the disk is full."""
-        self._writer.write(self._connections[topic], receive_ns, data)
+        connection = self._connections[topic]
+        if connection.msgtype in _LISTS_LAST:
+            with contextlib.suppress(*_DAMAGE, SerdeError):  # what cannot be decoded is kept as it came
+                data = data[: _decode(data, connection.msgtype, self._store)[1]]
+        self._writer.write(connection, receive_ns, data)
 
     def flush(self) -> None:
         """Hand everything to the operating system. Raises OSError when the disk is full."""
