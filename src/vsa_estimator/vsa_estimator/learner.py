@@ -41,6 +41,7 @@ class Learner:
         if self._work is not None or self._count < LEAST_SAMPLES:
             return
         time, deflection, force = self._ordered()
+        period = max(period, float(np.median(np.diff(time))))  # blocks hold whole samples, so that they may take longer
         self._range = float(deflection.max()), float(deflection.min())
         self._greatest_force = float(force.max())
         self._duration = time.size * period
