@@ -104,7 +104,7 @@ class Estimator:
             z[4], tracker.k2_variance, known.k2,
             z[5], variance[5], known.d1,
             z[6], variance[6], known.d2,
-            z[7], variance[7], known.inertia,
+            z[7], tracker.inertia_variance, known.inertia,
             z[8], variance[8], known.force_offset,
             z[9], variance[9], known.coulomb_friction,
             tuple(p[3:, 3:].ravel().tolist()), lines,
@@ -161,7 +161,9 @@ class Estimator:
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
-        if block.forces:
+        if self._jerk.startled(tracker.deflection_nis) and tracker.knows:
+            self._force_noise.interrupt()
+        elif block.forces:
             self._take_force(block, dt, deflection_variance)
         else:
             self._force_noise.interrupt()

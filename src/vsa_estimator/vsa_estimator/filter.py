@@ -44,6 +44,13 @@ def predict(z: Array, p: Array, dt: float, jerk_density: float) -> None:
 
 
 @compiled
+def age(p: Array, dt: float) -> None:
+    """Let the coefficients drift for dt [s] of motion."""
+    for i in range(DRIFT.size):
+        p[3 + i, 3 + i] += DRIFT[i] * dt
+
+
+@compiled
 def correct(z: Array, p: Array, ph: Array, gain: Array, innovation: float, variance: float) -> None:
     """Joseph form for any gain: p becomes p - K (PH)' - (PH) K' + K S K', symmetric to the bit."""
     z += gain * innovation

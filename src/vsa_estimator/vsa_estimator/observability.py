@@ -12,7 +12,7 @@ DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D
 K2 = 0.05
 CUBIC = 0.25  # of a valid d2
 INERTIA = 0.2
-CLEAR_FORCE = 3.0  # an inertia is valid while it takes this many standard deviations of the force noise to move it
+CLEAR_FORCE = 3.0  # standard deviations of the force noise that it takes to move a valid inertia
 NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
 
 
@@ -38,7 +38,8 @@ def judge(tracker: Tracker, force_noise_std: float) -> Known:
         k2=tracker.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
         d1=std[Z.D1] < DAMPING * d1,
         d2=std[Z.D2] < CUBIC * d2,
-        inertia=std[Z.M] < INERTIA * mass and tracker.inertial_force > CLEAR_FORCE * force_noise_std,
+        inertia=tracker.inertia_variance < (INERTIA * mass) ** 2
+        and tracker.inertial_force > CLEAR_FORCE * force_noise_std,
         force_offset=std[Z.F0] < 1.0,
         coulomb_friction=std[Z.D0] < 0.2,
     )

@@ -15,6 +15,7 @@ from vsa_estimator.settings import Initial
 REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...
 REVERSAL_SPEED = 0.3e-3  # ... which is this wide [m/s]
 MEMBERS = 15
+_MASS = 3  # place of the mass among the regression's columns
 SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6
 INFLATION = 1.5  # of the regression's covariance: neighbouring rows share samples
@@ -125,6 +126,7 @@ class _Bank:
         self._ln_k2 = prior.ln_k2 + np.linspace(-SPAN, SPAN, MEMBERS)
         self._variance = problem.variance(np.full_like(problem.dx, 1e4), np.full_like(problem.dx, 4e3), 0.0)
         self.cost = np.inf
+        self._std = prior.std.copy()
 
     def refine(self, last: bool) -> None:
         """Regress for every member, weigh them, then zoom in and refresh v*, slopes and row variances."""
@@ -137,14 +139,14 @@ class _Bank:
         design[:, :, 0] = growth
         design[:, :, 1:] = linear
         # Columns in units of the prior's standard deviations: the normal equations stay well conditioned.
-        design *= prior.std / np.sqrt(self._variance)[:, None]
+        design *= self._std / np.sqrt(self._variance)[:, None]
         target = rows.force / np.sqrt(self._variance)
         self._normal = design.transpose(0, 2, 1) @ design + np.eye(6)
-        right = design.transpose(0, 2, 1) @ target + prior.mean / prior.std
+        right = design.transpose(0, 2, 1) @ target + prior.mean / self._std
         scaled = np.linalg.solve(self._normal, right[:, :, None])[:, :, 0]
         residual = target - np.einsum("bij,bj->bi", design, scaled)
-        chi2 = (residual**2).sum(1) + ((scaled - prior.mean / prior.std) ** 2).sum(1)
-        self._members = scaled * prior.std
+        chi2 = (residual**2).sum(1) + ((scaled - prior.mean / self._std) ** 2).sum(1)
+        self._members = scaled * self._std
         self._inflation = INFLATION * max(1.0, float(chi2.min()) / max(n - 6, 1))
         distance = (self._ln_k2 - prior.ln_k2) / prior.ln_k2_std
         cost = chi2 / self._inflation + distance**2 + np.where(self._members[:, 0] > 0.0, 0.0, 1e6)
@@ -156,6 +158,8 @@ class _Bank:
         self._used = self._ln_k2
         self.ln_k2_std = std
 
+        if self._mass_is_hidden(best):
+            self._std[_MASS] = 1e-3 * prior.std[_MASS]
         k1, d1, d2, mass = self._members[best, :4]
         sigma = k1 * np.exp(self._ln_k2[best]) * growth[best] if k1 > 0.0 else np.full(n, 1e4)
         self._speed = _maximum_speed(max(d1, 300.0), d2)
@@ -165,6 +169,16 @@ class _Bank:
             step = self._ln_k2[1] - self._ln_k2[0]
             width = min(3.0 * std + 0.3 * step, SPAN)
             self._ln_k2 = mean + width * np.linspace(-1.0, 1.0, MEMBERS)
+
+    def _mass_is_hidden(self, best: int) -> bool:
+        """Whether noise of the acceleration counts where the acceleration itself says no more than the deflection.
+
+        Noise in a regressor pulls its coefficient to zero, with confidence: then the mass keeps its start value.
+        """
+        noise = self._problem.deflection_variance * self._problem.rows.smoothing[:, 2]
+        from_noise = float(np.sum(noise / self._variance)) * self._std[_MASS] ** 2
+        beside_the_others = 1.0 / float(np.linalg.inv(self._normal[best])[_MASS, _MASS]) - 1.0
+        return from_noise > 0.1 * beside_the_others
 
     def _moments(self, cost: Array, best: int) -> tuple[float, float]:
         """Mean and standard deviation of ln k2; from the parabola where the grid is too coarse to tell."""
@@ -187,12 +201,14 @@ class _Bank:
         mean = self._weights @ states
         apart = states - mean
         covariance = (self._weights[:, None] * apart).T @ apart
-        inner = np.linalg.inv(self._normal) * self._inflation * np.outer(self._prior.std, self._prior.std)
+        inner = np.linalg.inv(self._normal) * self._inflation * np.outer(self._std, self._std)
         for weight, scale, member in zip(self._weights, k1, inner, strict=True):
             gradient = np.zeros((7, 6))
             gradient[0, 0] = 1.0 / scale
             gradient[2:, 1:] = np.eye(5)
             covariance += weight * gradient @ member @ gradient.T
+        if self._std[_MASS] < self._prior.std[_MASS]:
+            covariance[1 + _MASS, 1 + _MASS] = self._prior.std[_MASS] ** 2
         return Fit(mean, covariance, self.ln_k2_std, float(np.ptp(self._problem.rows.deflection)))
 
 

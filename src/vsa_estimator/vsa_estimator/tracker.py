@@ -5,10 +5,10 @@ from collections import deque
 
 import numpy as np
 from vsa_estimator.filter import (
-    DRIFT,
     LEAST_STROKE,
     REST_SPEED,
     STROKE_MEMORY,
+    age,
     correct_deflection,
     correct_force,
     predict,
@@ -22,6 +22,7 @@ START_ACCELERATION_STD = 5e-3  # [m/s^2]
 WATCH_TIME = 2.0  # innovations are watched over this long [s]
 SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
 LOUD = 100.0
+HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of it goes into the interval
 
 
 class Tracker:
@@ -42,12 +43,17 @@ class Tracker:
         self._high = 0.0
         self._low = 0.0
         self._acceleration_square = 0.0  # leaky mean, the filter's own uncertainty taken off [m^2/s^4]
-        self._motion = np.zeros(5)  # leaky weight, and sums of x, a, x^2, x a
+        self._motion = [0.0] * 5  # leaky weight, and sums of x, a, x^2, x a
 
     @property
     def speed(self) -> float:
         """Deflection rate [m/s]."""
         return float(self.z[Z.V])
+
+    @property
+    def deflection_nis(self) -> float:
+        """Normalised innovation squared of the last deflection."""
+        return float(self.deflection_monitor[0] ** 2 / self.deflection_monitor[1])
 
     @property
     def stroke(self) -> float:
@@ -123,12 +129,14 @@ class Tracker:
         """Take a force in while moving; False where the gate rejects it."""
         if abs(self.z[Z.V]) <= REST_SPEED:
             return True
-        self.p[range(3, SIZE), range(3, SIZE)] += DRIFT * dt
+        age(self.p, dt)
         x = float(self.z[Z.X])
         leak = dt / STROKE_MEMORY
         dx, a = x - self.reference, float(self.z[Z.A])
         self._acceleration_square += leak * (a * a - float(self.p[2, 2]) - self._acceleration_square)
-        self._motion += leak * (np.array([1.0, dx, a, dx * dx, dx * a]) - self._motion)
+        self._motion = [
+            old + leak * (new - old) for old, new in zip(self._motion, (1.0, dx, a, dx * dx, dx * a), strict=True)
+        ]
         self._high = max(x, self._high - leak * (self._high - x))
         self._low = min(x, self._low + leak * (x - self._low))
         taken = bool(
@@ -159,13 +167,13 @@ class Tracker:
             z, p = z.copy(), p.copy()
             predict(z, p, ahead, jerk_density)
         report(z, p, self.reference, out)
-        # Twice the spring that a wrong mass would look like: with one tone nothing tells the two apart.
-        out[7] += 4.0 * float(p[7, 7]) * self.inertial_spring**2 / float(out[6]) ** 2
+        out[7] += (HIDDEN * self.inertial_spring / float(out[6])) ** 2 * float(p[7, 7])
+        out[11] = self.inertia_variance
 
     @property
     def inertial_spring(self) -> float:
         """Stiffness that a unit of mass takes off a spring on the present motion [1/s^2]: w^2 for one tone."""
-        weight, x, a, xx, xa = self._motion.tolist()
+        weight, x, a, xx, xa = self._motion
         if weight <= 0.0:
             return 0.0
         spread = xx / weight - (x / weight) ** 2
@@ -174,8 +182,14 @@ class Tracker:
     @property
     def k2_variance(self) -> float:
         """Of k2 [1/m^2], with what the mass might hide."""
-        hidden = 2.0 * float(self.z[Z.K2]) * self.inertial_spring * float(np.exp(-self.z[Z.S]))
+        hidden = HIDDEN * float(self.z[Z.K2]) * self.inertial_spring * float(np.exp(-self.z[Z.S]))
         return float(self.p[4, 4]) + hidden * hidden * float(self.p[7, 7])
+
+    @property
+    def inertia_variance(self) -> float:
+        """Of the mass [kg^2], with the pull towards zero that noise of the acceleration has."""
+        pull = float(self.p[2, 2]) / max(self._acceleration_square, 1e-12)
+        return float(self.p[7, 7]) + (float(self.z[Z.M]) * min(pull, 1.0)) ** 2
 
     @property
     def inertial_force(self) -> float:
