@@ -67,7 +67,7 @@ class Run:
 
     path: Path
     start_ns: int
-    duration: float  # [s]
+    duration: float  # [s], up to the last sensor sample
     topics: dict[str, Topic]
     joints: list[Joint]
     complaints: list[Complaint]
@@ -97,12 +97,18 @@ def read_run(path: Path) -> Run:
     return Run(
         path=path,
         start_ns=start_ns,
-        duration=max(float(np.nanmax(one.time, initial=0.0)) for one in series.values()),
+        duration=_duration(series, ours),
         topics=found,
         joints=_joints(series, ours, counters),
         complaints=complaints,
         complete=is_complete(path),
     )
+
+
+def _duration(series: dict[str, Series], matches: Mapping[str, Any]) -> float:
+    """When the last sensor sample came [s]; what estimators predict into the silence after it counts where none did."""
+    sensors = [one for name, one in series.items() if matches[name]["leaf"] in ("force", "encoder")]
+    return max(float(np.nanmax(one.time, initial=0.0)) for one in sensors or series.values())
 
 
 def _match(topic: Topic) -> re.Match[str] | None:

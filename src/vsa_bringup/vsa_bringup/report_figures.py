@@ -13,6 +13,7 @@ from vsa_bringup.report_strokes import Panel, force_rate
 from vsa_bringup.report_truth import Truth, Truths
 from vsa_common.figures import MEASURED, SIDES, TRUTH, panels, set_title, stack
 from vsa_estimator.allan import allan
+from vsa_estimator.values import Status
 
 
 @dataclass(frozen=True)
@@ -39,20 +40,20 @@ def _figures(joint: Joint, duration: float, truth: Truths) -> Iterator[tuple[str
     for side, color in zip(joint.sides, SIDES, strict=False):
         known = truth.get((joint.name, side.name))
         if side.force or side.impedance or side.encoder:
-            motion = _motion(side, known, color)
+            motion = _motion(side, known, color, duration)
             yield f"fig7_{side.name}", f"Fig. 7: motion of {side.name}", _CAPTION_7, motion
         if side.impedance:
-            impedance = _impedance(side, known, color)
+            impedance = _impedance(side, known, color, duration)
             yield f"fig8_{side.name}", f"Fig. 8: impedance of {side.name}", _CAPTION_8, impedance
     moving = [side for side in joint.sides if side.impedance]
     if moving:
         laws = _laws(joint, moving, truth)
         yield "fig9", "Fig. 9: stiffness against position, damping against velocity", _CAPTION_9, laws
     if any(side.state for side in joint.sides):
-        yield "table1", "Table I: coefficients on their way", _CAPTION_T, _coefficients(joint, truth)
+        yield "table1", "Table I: coefficients on their way", _CAPTION_T, _coefficients(joint, truth, duration)
         yield "fig6", "Fig. 6: Allan variance of what the model leaves unexplained", _CAPTION_6, _allan(joint)
     if joint.impedance:
-        yield "joint", "Joint: impedance, (10) to (13)", _CAPTION_J, figure_joint(joint)
+        yield "joint", "Joint: impedance, (10) to (13)", _CAPTION_J, figure_joint(joint, duration)
     yield "health", "Health: status, delay, gate", _CAPTION_H, figure_health(joint, duration)
 
 
@@ -80,7 +81,7 @@ _CAPTION_H = (
 )
 
 
-def _motion(side: Side, truth: Truth | None, color: str) -> Any:
+def _motion(side: Side, truth: Truth | None, color: str, duration: float) -> Any:
     """Fig. 7."""
     steps: list[Callable[[Any], None]] = []
     force = side.force or side.impedance
@@ -97,7 +98,7 @@ def _motion(side: Side, truth: Truth | None, color: str) -> Any:
         steps.append(
             lambda axes: _quantity(axes, side.impedance, "acceleration", "acceleration [mm/s²]", 1e3, truth, color)
         )
-    return _stack(steps)
+    return _stack(steps, duration)
 
 
 def _position(axes: Any, side: Side, color: str) -> None:
@@ -118,7 +119,7 @@ def _residual(axes: Any, side: Side, color: str) -> None:
     Panel(axes, "residual [µm]").line(side.impedance.time[of_estimate], 1e6 * left, color)
 
 
-def _impedance(side: Side, truth: Truth | None, color: str) -> Any:
+def _impedance(side: Side, truth: Truth | None, color: str, duration: float) -> Any:
     """Fig. 8."""
     series = side.impedance
     return _stack(
@@ -127,6 +128,7 @@ def _impedance(side: Side, truth: Truth | None, color: str) -> Any:
             lambda axes: _quantity(axes, series, "damping", "damping [N s/mm]", 1e-3, truth, color),
             lambda axes: _quantity(axes, series, "inertia", "mass [kg]", 1.0, truth, color),
         ],
+        duration,
         height=2.1,
     )
 
@@ -151,7 +153,7 @@ def _quantity(
     panel.fit(value[series.valid(name)] if series.valid(name).any() else value)
 
 
-def _coefficients(joint: Joint, truth: Truths) -> Any:
+def _coefficients(joint: Joint, truth: Truths, duration: float) -> Any:
     """Table I over time."""
     steps: list[Callable[[Any], None]] = []
     for name, label, scale in (("k2", "k2 [1/mm]", 1e-3), ("d2", "d2 [N s³/mm³]", 1e-9), ("inertia", "m [kg]", 1.0)):
@@ -159,9 +161,9 @@ def _coefficients(joint: Joint, truth: Truths) -> Any:
             if side.state is not None:
                 known = truth.get((joint.name, side.name))
                 true = known.coefficients.get(name, np.nan) if known else np.nan
-                text = f"{side.name}\n{label}"
+                text = label.replace(" [", f" of {side.name[-1]} [")
                 steps.append(_convergence(side.state, name, text, scale, true, SIDES[i % len(SIDES)]))
-    return _stack(steps, height=1.45)
+    return _stack(steps, duration, height=1.45)
 
 
 def _convergence(state: Series, name: str, label: str, scale: float, true: float, color: str) -> Callable[[Any], None]:
@@ -231,7 +233,8 @@ def _allan(joint: Joint) -> Any:
 
 def _draw_allan(axes: Any, state: Series, name: str, label: str, color: str) -> None:
     time = state.time
-    settled = (time > 0.3 * np.nanmax(time, initial=0.0)) & np.isfinite(state[name])
+    known = np.isin(state["status"], (Status.VALID, Status.DEGRADED))  # others repeat their last innovation
+    settled = (time > 0.3 * np.nanmax(time, initial=0.0)) & known & np.isfinite(state[name])
     if np.count_nonzero(settled) < 32:
         return
     found = allan(state[name][settled], 1.0 / float(np.median(np.diff(time[settled]))))
@@ -240,8 +243,8 @@ def _draw_allan(axes: Any, state: Series, name: str, label: str, color: str) -> 
     axes.plot(found.tau, variance[0] * found.tau[0] / found.tau, "--", color=MEASURED, linewidth=0.8)
 
 
-def _stack(steps: list[Callable[[Any], None]], height: float = 1.5) -> Any:
-    figure, axes = stack(len(steps), height=height)
+def _stack(steps: list[Callable[[Any], None]], duration: float, height: float = 1.5) -> Any:
+    figure, axes = stack(len(steps), height=height, duration=duration)
     for one, step in zip(axes, steps, strict=True):
         step(one)
     return figure

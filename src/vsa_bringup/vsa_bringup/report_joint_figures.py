@@ -21,7 +21,7 @@ _STATUS_COLORS = {
 }
 
 
-def figure_joint(joint: Joint) -> Any:
+def figure_joint(joint: Joint, duration: float) -> Any:
     """Stiffness, damping, inertia, tensions, and angle and torque where the rig measures them."""
     series = joint.impedance
     assert series is not None
@@ -36,8 +36,8 @@ def figure_joint(joint: Joint) -> Any:
         steps.append(lambda axes: Panel(axes, "angle [rad]").line(angle.time, angle["position"], JOINT))
     if joint.torque is not None:
         torque = joint.torque
-        steps.append(lambda axes: Panel(axes, "external torque\n[N m]").line(torque.time, torque["torque"], JOINT))
-    figure, all_axes = stack(len(steps), height=1.5)
+        steps.append(lambda axes: Panel(axes, "torque [N m]").line(torque.time, torque["torque"], JOINT))
+    figure, all_axes = stack(len(steps), height=1.5, duration=duration)
     for axes, step in zip(all_axes, steps, strict=True):
         step(axes)
     return figure
@@ -76,10 +76,9 @@ def figure_health(joint: Joint, duration: float) -> Any:
         steps.append(lambda axes: _innovations(axes, states))
     if not steps:
         steps.append(lambda axes: _rates(axes, joint))
-    figure, all_axes = stack(len(steps), height=1.6)
+    figure, all_axes = stack(len(steps), height=1.6, duration=duration)
     for axes, step in zip(all_axes, steps, strict=True):
         step(axes)
-        axes.set_xlim(0.0, duration or 1.0)
     return figure
 
 
