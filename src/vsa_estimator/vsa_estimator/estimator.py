@@ -161,7 +161,7 @@ class Estimator:
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
-        if self._jerk.startled(tracker.deflection_nis) and tracker.knows:
+        if tracker.knows and self._jerk.startled(tracker.deflection_nis):
             self._force_noise.interrupt()
         elif block.forces:
             self._take_force(block, dt, deflection_variance)

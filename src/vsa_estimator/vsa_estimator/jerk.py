@@ -11,6 +11,8 @@ from vsa_estimator.model import Array
 
 CANDIDATES: Array = np.logspace(-8.0, 1.0, 19).astype(np.float64)  # [m^2/s^5]
 LEAST = 1e-5  # the filter never assumes less [m^2/s^5]
+STARTLED = 4.0  # leaky mean of the deflection's normalised innovation squared that tells of a sudden motion
+_STARTLE_GAIN, _STARTLE_LOUD = 0.3, 50.0
 _LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
 
 
@@ -58,6 +60,19 @@ class JerkDensity:
         self._recent: deque[Array] = deque(maxlen=windows)
         self._best: deque[float] = deque(maxlen=memory)
         self._started = False
+        self._surprise = 1.0
+
+    def startled(self, nis: float) -> bool:
+        """Whether the motion has just become livelier than the density allows; it then rises fourfold at once.
+
+        Until it has risen far enough the filter lags, and a force would be laid at the door of the coefficients.
+        `nis` is the normalised innovation squared of the filter's last deflection.
+        """
+        self._surprise += _STARTLE_GAIN * (min(nis, _STARTLE_LOUD) - self._surprise)
+        if self._surprise <= STARTLED:
+            return False
+        self.density = min(4.0 * self.density, float(CANDIDATES[-1]))
+        return True
 
     def add(self, measured: float, noise_variance: float, dt: float) -> None:
         """Take one deflection [m] that came dt [s] after the one before."""
