@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
-
 from vsa_bringup.cam import Follower, cam_for, least_preload, rolled_force
 from vsa_bringup.design import Design, describe, main
 from vsa_bringup.spring import ExponentialSpring, Specification, spring_from

@@ -11,7 +11,9 @@ MESSAGES = ROOT / "src" / "vsa_msgs" / "msg"
 
 
 def test_generated_tables_are_those_of_the_code():
-    assert document(DOCUMENT.read_text(), MESSAGES) == DOCUMENT.read_text(), "renew: python -m vsa_bringup.interfaces docs/interfaces.md"
+    assert document(DOCUMENT.read_text(), MESSAGES) == DOCUMENT.read_text(), (
+        "renew: python -m vsa_bringup.interfaces docs/interfaces.md"
+    )
 
 
 @pytest.mark.parametrize("file", sorted(MESSAGES.glob("*.msg")), ids=lambda file: file.stem)

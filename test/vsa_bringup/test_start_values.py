@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from vsa_bringup.start_values import wrong_start
 
 TRUTH = {"k2": 267.2, "d1": 4000.0, "d2": -1.089e8, "inertia": 0.3755, "force_offset": 16.39}

@@ -77,7 +77,8 @@ def test_a_bad_value_is_refused_with_name_value_and_unit(name, value, said):
 def test_a_parameter_file_is_found_by_every_key_that_ros_accepts(tmp_path, key):
     file = tmp_path / "rig.yaml"
     file.write_text(
-        f"{key}:\n  ros__parameters:\n    noise: 0.5\n    spring: {{k2: 300.0}}\n/**/other:\n  ros__parameters: {{x: 1}}\n"
+        f"{key}:\n  ros__parameters:\n    noise: 0.5\n    spring: {{k2: 300.0}}\n"
+        "/**/other:\n  ros__parameters: {x: 1}\n"
     )
     config = load(file, "estimator_1", Example)
     assert (config.noise, config.spring.k2) == (0.5, 300.0)

@@ -86,7 +86,7 @@ class Lab:
             elastic = 0.776 * np.exp(267.2 * x)
             self.stamp_ns = time.time_ns()
             self.feed(self.stamp_ns, 16.39 + elastic + 4000.0 * v - 1.089e8 * v**3 + 0.3 * np.tanh(v / 5e-5), x)
-            self.until(lambda: len(self.impedances) > heard)
+            self.until(lambda count=heard: len(self.impedances) > count)
             heard = len(self.impedances)
             end = self.stamp_ns + PERIOD_NS
             while time.time_ns() < end:
@@ -102,17 +102,19 @@ class Lab:
 def lab():
     process = start("force_noise_std:=0.01", "deflection_noise_std:=1e-6", "deflection_resolution:=0.0")
     lab = Lab()
-    lab.process = process
-    lab.until(lambda: lab.node.count_subscribers("/vsa/transmission_1/encoder") > 0)
-    lab.until(lambda: lab.node.count_publishers("/vsa/transmission_1/impedance") > 0)
-    yield lab
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(10) == 0
-    lab.close()
+    try:
+        lab.until(lambda: lab.node.count_subscribers("/vsa/transmission_1/encoder") > 0)
+        lab.until(lambda: lab.node.count_publishers("/vsa/transmission_1/impedance") > 0)
+        yield lab
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(10) == 0
+    finally:
+        process.kill()
+        lab.close()
 
 
 def test_stiffness_comes_with_the_sensors_stamp_and_an_interval_that_holds(lab):
-    stiffness = lab.move(800)
+    stiffness = lab.move(1000)
     last = lab.impedances[-1]
     assert last.stiffness_valid
     assert last.stiffness == pytest.approx(stiffness, rel=0.03)

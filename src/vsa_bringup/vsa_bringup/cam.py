@@ -7,7 +7,6 @@ travels along (x, psi - preload); the cam is cut one roller radius beside that p
 from dataclasses import dataclass, replace
 
 import numpy as np
-
 from vsa_bringup.spring import ExponentialSpring
 from vsa_common.configuration import quantity
 

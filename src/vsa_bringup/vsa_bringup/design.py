@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-
 from vsa_bringup.cam import Cam, Follower, cam_for, least_preload, rolled_force
 from vsa_bringup.design_plot import draw_design
 from vsa_bringup.spring import ExponentialSpring, Specification, spring_from

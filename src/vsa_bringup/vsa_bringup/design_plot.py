@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-
 from vsa_bringup.cam import Cam, Follower
 from vsa_bringup.spring import ExponentialSpring, Specification
 from vsa_common.figures import JOINT, MEASURED, SIDE_1, SIDE_2, TRUTH, panels

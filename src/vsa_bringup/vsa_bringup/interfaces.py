@@ -15,6 +15,7 @@ NODES = {
     "driver": "vsa_driver.settings.DriverSettings",
     "estimator": "vsa_estimator.settings.NodeConfig",
     "joint": "vsa_joint.configuration.JointConfig",
+    "stiffness_controller": "vsa_joint.configuration.ControlConfig",
     "rig_simulator": "vsa_driver.rig_simulator.SimulatorConfig",
 }
 _BLOCK = re.compile(r"(<!-- (parameters|message): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)

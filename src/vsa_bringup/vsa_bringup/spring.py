@@ -6,7 +6,6 @@ from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
-
 from vsa_common.configuration import ConfigurationError, quantity
 
 Number = TypeVar("Number", float, np.ndarray)

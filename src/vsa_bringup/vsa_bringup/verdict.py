@@ -47,9 +47,11 @@ def summarise(folder: Path, arrivals_ns: Sequence[tuple[int, int]]) -> dict[str,
 def _latencies(recorded: Recorded, arrivals_ns: Sequence[tuple[int, int]]) -> Integers:
     """From the capture of a frame to the arrival of the joint's message with its stamp [ns].
 
-    A message with another stamp only says that the sensors are silent.
+    A message with another stamp, or once more with the same, only says that the sensors are silent.
     """
     stamp_ns, arrival_ns = np.array(arrivals_ns, dtype=np.int64).reshape(-1, 2).T
+    stamp_ns, first = np.unique(stamp_ns, return_index=True)
+    arrival_ns = arrival_ns[first]
     of_frame = np.any([recorded.frames(side).samples(stamp_ns) != UNKNOWN for side in TRANSMISSIONS], axis=0)
     latency_ns: Integers = (arrival_ns - stamp_ns)[of_frame]
     return latency_ns

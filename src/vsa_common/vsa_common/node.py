@@ -21,7 +21,6 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-
 from vsa_common.configuration import ConfigurationError, Parameter, build, flatten, parameters, read_parameter_file
 
 Config = TypeVar("Config")

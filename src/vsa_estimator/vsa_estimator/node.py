@@ -38,7 +38,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._future_ns = int(config.future_tolerance * 1e9)
         self._state_period_ns = int(1e9 / config.state_rate)
         self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
-        self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = 0
+        self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = self._watched_ns = 0
         self._ros_clock = self.get_clock()
         qos = RELIABLE if config.reliability == "reliable" else BEST_EFFORT
         self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
@@ -137,10 +137,13 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._states.publish(message)
 
     def _on_watch(self) -> None:
-        """Predict on while the sensors are silent."""
-        if not self._arrival_ns:
+        """Predict on while the sensors are silent. After a starved moment, what has queued up comes first."""
+        now_ns = time.monotonic_ns()
+        starved = now_ns - self._watched_ns > 2.0 * WATCH * 1e9
+        self._watched_ns = now_ns
+        if starved or not self._arrival_ns:
             return
-        silence_ns = time.monotonic_ns() - self._arrival_ns
+        silence_ns = now_ns - self._arrival_ns
         if silence_ns > SILENT * 1e9:
             estimate = self._estimator.coast(self._stamp_ns + silence_ns)
             if estimate is not None:

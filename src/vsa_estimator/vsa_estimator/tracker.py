@@ -56,11 +56,6 @@ class Tracker:
         return float(self.deflection_monitor[0] ** 2 / self.deflection_monitor[1])
 
     @property
-    def deflection_nis(self) -> float:
-        """Normalised innovation squared of the last deflection."""
-        return float(self.deflection_monitor[0] ** 2 / self.deflection_monitor[1])
-
-    @property
     def stroke(self) -> float:
         """Travel of the last STROKE_MEMORY seconds [m]."""
         return self._high - self._low
