@@ -6,12 +6,10 @@ from vsa_estimator.jerk import JerkDensity
 QUIET = 1.0
 
 
-def test_a_quiet_motion_never_startles():
+def test_innovations_as_they_should_be_startle_less_than_once_in_a_thousand():
     generator = np.random.default_rng(2)
     jerk = JerkDensity()
-    before = jerk.density
-    assert not any(jerk.startled(float(nis)) for nis in generator.chisquare(1, 20_000) * 0.8)
-    assert jerk.density == before
+    assert sum(jerk.startled(float(nis)) for nis in generator.chisquare(1, 20_000)) < 20
 
 
 def test_a_burst_raises_the_density_within_three_samples_by_orders():
@@ -19,7 +17,8 @@ def test_a_burst_raises_the_density_within_three_samples_by_orders():
     for _ in range(100):
         jerk.startled(QUIET)
     before = jerk.density
-    assert any(jerk.startled(40.0) for _ in range(1))
+    assert not jerk.startled(40.0)  # a single one may be an outlier
+    assert jerk.startled(40.0)
     for _ in range(5):
         jerk.startled(40.0)
     assert jerk.density > 1000.0 * before
