@@ -223,3 +223,15 @@ def test_a_heavy_mass_on_one_slow_tone_keeps_an_honest_interval_and_an_invalid_i
     assert inside[2000:].mean() > 0.85
     assert not any(estimate.inertia_valid for estimate in estimates)
     assert estimates[-1].k2 == pytest.approx(heavy.k2, abs=3.0 * math.sqrt(estimates[-1].k2_variance))
+
+
+def test_on_a_short_stroke_k2_and_damping_are_invalid_and_the_stiffness_interval_holds():
+    recording = record(TRANSMISSION_1, (0.009, ((1.05e-3, 0.5),)), 40.0)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    estimates = run(estimator, recording)
+    stiffness = column(estimates, "stiffness")
+    std = np.sqrt(column(estimates, "stiffness_variance")) / stiffness
+    assert (np.abs(np.log(stiffness / recording.stiffness)) < 2.0 * std)[100:].mean() > 0.9
+    assert not estimator.state().k2_valid
+    assert not any(estimate.damping_valid for estimate in estimates)
+    assert any("k2: not observable" in line for line in estimator.state().observability)

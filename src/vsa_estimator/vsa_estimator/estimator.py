@@ -103,7 +103,7 @@ class Estimator:
             tracker.reference, z[3], variance[3], known.stiffness,
             z[4], tracker.k2_variance, known.k2,
             z[5], variance[5], known.d1,
-            z[6], variance[6], known.d2,
+            z[6], tracker.d2_variance, known.d2,
             z[7], tracker.inertia_variance, known.inertia,
             z[8], variance[8], known.force_offset,
             z[9], variance[9], known.coulomb_friction,
@@ -266,7 +266,7 @@ class Estimator:
         tolerance = DAMPING * max(abs(damping), 0.2 * float(self._tracker.z[5]))
         damping_valid = (
             heard and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
-            and self._has_fit
+            and self._tracker.knows
         )  # fmt: skip
         if stale:
             status = Status.STALE
@@ -275,13 +275,13 @@ class Estimator:
         else:
             status = Status.DEGRADED if complaints else Status.VALID
         sensed = heard and not complaints
-        z, p = self._tracker.z, self._tracker.p
+        z = self._tracker.z
         return Estimate(
             stamp_ns, self._force, self._force_noise.std**2, sensed, x, x_variance, heard, v, v_variance, heard,
             a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,
             damping, damping_variance, damping_valid, inertia, inertia_variance, heard and known.inertia,
             stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
-            float(z[4]), self._tracker.k2_variance, float(z[6]), float(p[6, 6]), float(z[8]), float(z[9]),
+            float(z[4]), self._tracker.k2_variance, float(z[6]), self._tracker.d2_variance, float(z[8]), float(z[9]),
         )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ REVERSAL_SPEED = 0.2e-3  # around a reversal the Coulomb law is wrong within thi
 LEAST_REVERSAL_FORCE = 0.05  # ... by about the friction itself, and by this at least [N] ...
 REVERSAL_TIME = 0.05  # ... and stays so for this long [s]
 
-LEAST_STROKE = 0.35  # k2 x stroke under which a bent spring looks like a straight one
+LEAST_STROKE = 0.6  # k2 x stroke under which a bent spring looks like a straight one
 STROKE_MEMORY = 20.0  # time constant of the stroke that the filter remembers [s]
 
 

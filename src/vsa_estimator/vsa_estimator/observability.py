@@ -37,7 +37,7 @@ def judge(tracker: Tracker, force_noise_std: float) -> Known:
         stiffness=std[Z.S] < STIFFNESS,
         k2=tracker.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
         d1=std[Z.D1] < DAMPING * d1,
-        d2=std[Z.D2] < CUBIC * d2,
+        d2=tracker.d2_variance < (CUBIC * d2) ** 2,
         inertia=tracker.inertia_variance < (INERTIA * mass) ** 2
         and tracker.inertial_force > CLEAR_FORCE * force_noise_std,
         force_offset=std[Z.F0] < 1.0,

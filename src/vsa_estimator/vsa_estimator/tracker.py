@@ -42,7 +42,8 @@ class Tracker:
         self._watched_sum = 0.0
         self._high = 0.0
         self._low = 0.0
-        self._acceleration_square = 0.0  # leaky mean, the filter's own uncertainty taken off [m^2/s^4]
+        self._speed_square = 0.0  # leaky means, the filter's own uncertainty taken off [m^2/s^2]
+        self._acceleration_square = 0.0  # [m^2/s^4]
         self._motion = [0.0] * 5  # leaky weight, and sums of x, a, x^2, x a
 
     @property
@@ -133,6 +134,8 @@ class Tracker:
         x = float(self.z[Z.X])
         leak = dt / STROKE_MEMORY
         dx, a = x - self.reference, float(self.z[Z.A])
+        v2 = float(self.z[Z.V] ** 2 - self.p[1, 1])
+        self._speed_square += leak * (v2 - self._speed_square)
         self._acceleration_square += leak * (a * a - float(self.p[2, 2]) - self._acceleration_square)
         self._motion = [
             old + leak * (new - old) for old, new in zip(self._motion, (1.0, dx, a, dx * dx, dx * a), strict=True)
@@ -169,6 +172,8 @@ class Tracker:
         report(z, p, self.reference, out)
         out[7] += (HIDDEN * self.inertial_spring / float(out[6])) ** 2 * float(p[7, 7])
         out[11] = self.inertia_variance
+        c2 = min(z[Z.V] ** 2, float(out[15]) ** 2)
+        out[9] += (3.0 * float(z[Z.D2]) * float(c2) * self._cubic_pull) ** 2
 
     @property
     def inertial_spring(self) -> float:
@@ -184,6 +189,16 @@ class Tracker:
         """Of k2 [1/m^2], with what the mass might hide."""
         hidden = HIDDEN * float(self.z[Z.K2]) * self.inertial_spring * float(np.exp(-self.z[Z.S]))
         return float(self.p[4, 4]) + hidden * hidden * float(self.p[7, 7])
+
+    @property
+    def _cubic_pull(self) -> float:
+        """Relative error of d2 from noise of the speed: the mean of (v + e)^3 is v^3 + 3 v var(e)."""
+        return min(3.0 * float(self.p[1, 1]) / max(self._speed_square, 1e-12), 1.0)
+
+    @property
+    def d2_variance(self) -> float:
+        """Of d2 [N^2 s^6/m^6], with what noise of the speed does to it."""
+        return float(self.p[6, 6]) + (float(self.z[Z.D2]) * self._cubic_pull) ** 2
 
     @property
     def inertia_variance(self) -> float:
