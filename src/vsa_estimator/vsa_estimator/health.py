@@ -4,6 +4,7 @@ from vsa_estimator.settings import EstimatorConfig
 
 STUCK_FORCE_TIME = 0.3  # a force that repeats itself for this long while the rod moves is stuck [s]
 STUCK_ENCODER_TIME = 0.5  # an encoder that does so while the force changes [s]
+QUIET_ENCODER_TIME = 0.15  # an encoder that repeats itself for this long is at rest or stuck [s]
 COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s]
 
 
@@ -64,6 +65,8 @@ class Health:
             self.force_repeated += 1
             if self._force.stuck(stamp_ns, STUCK_FORCE_TIME, self._deflection_travel):
                 self._complain("force sensor stuck: it repeats itself while the encoder moves", stamp_ns)
+        if self._encoder.repeated and stamp_ns - self._encoder.since_ns > QUIET_ENCODER_TIME * 1e9:
+            fresh = False  # at rest there is nothing to learn, and a stuck encoder must not teach
         if self._encoder.repeated and self._encoder.stuck(stamp_ns, STUCK_ENCODER_TIME, self._force_travel):
             self._complain("encoder stuck: it repeats itself while the force changes", stamp_ns)
         if abs(force) >= self._config.force_limit:
