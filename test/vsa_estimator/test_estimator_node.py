@@ -46,7 +46,8 @@ class Lab:
         self.impedances, self.states = [], []
         self.listen(TransmissionImpedance, "transmission_1/impedance", self.impedances)
         self.listen(EstimatorState, "transmission_1/estimator_state", self.states)
-        self.phase = 0
+        self.start_ns = time.time_ns()
+        self.noise = np.random.default_rng(1)
 
     def listen(self, kind, topic, heard):
         self.node.create_subscription(kind, topic, heard.append, RELIABLE)
@@ -74,18 +75,18 @@ class Lab:
         self.encoder.publish(joint)
 
     def move(self, samples):
-        """A rod that moves slowly on the paper's first spring, without friction; returns the last stiffness."""
+        """A rod that moves on the paper's first transmission, slower than v*; returns the last stiffness."""
         heard = len(self.impedances)
         for _ in range(samples):
-            self.phase += 1
-            t = self.phase * PERIOD_NS * 1e-9
-            x = 0.0105 + 0.004 * np.sin(2 * np.pi * 0.1 * t) + 0.0003 * np.sin(2 * np.pi * 0.8 * t)
-            v = 0.004 * 2 * np.pi * 0.1 * np.cos(2 * np.pi * 0.1 * t) + 0.0003 * 2 * np.pi * 0.8 * np.cos(
-                2 * np.pi * 0.8 * t
-            )
-            elastic = 0.776 * np.exp(267.2 * x)
             self.stamp_ns = time.time_ns()
-            self.feed(self.stamp_ns, 16.39 + elastic + 4000.0 * v - 1.089e8 * v**3 + 0.3 * np.tanh(v / 5e-5), x)
+            t = (self.stamp_ns - self.start_ns) * 1e-9
+            slow, quick = 2 * np.pi * 0.1, 2 * np.pi * 0.8
+            x = 0.0105 + 0.004 * np.sin(slow * t) + 0.0001 * np.sin(quick * t)
+            v = 0.004 * slow * np.cos(slow * t) + 0.0001 * quick * np.cos(quick * t)
+            elastic = 0.776 * np.exp(267.2 * x)
+            force = 16.39 + elastic + 4000.0 * v - 1.089e8 * v**3 + 0.3 * np.tanh(v / 5e-5)
+            force_noise, deflection_noise = self.noise.standard_normal(2)
+            self.feed(self.stamp_ns, force + 0.017 * force_noise, x + 1e-5 * deflection_noise)
             self.until(lambda count=heard: len(self.impedances) > count)
             heard = len(self.impedances)
             end = self.stamp_ns + PERIOD_NS
@@ -100,7 +101,7 @@ class Lab:
 
 @pytest.fixture(scope="module")
 def lab():
-    process = start("force_noise_std:=0.01", "deflection_noise_std:=1e-6", "deflection_resolution:=0.0")
+    process = start()
     lab = Lab()
     try:
         lab.until(lambda: lab.node.count_subscribers("/vsa/transmission_1/encoder") > 0)

@@ -8,6 +8,7 @@ import math
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
@@ -230,7 +231,7 @@ def run(factory: Callable[[], SuiteNode[Any]], args: list[str] | None = None) ->
 
 
 def check_parameter_files(arguments: Sequence[str]) -> None:
-    """Raise ConfigurationError for a `--params-file` that cannot be read; rcl reports the line of its parser instead."""
-    for option, path in zip(arguments, arguments[1:], strict=False):
+    """Raise ConfigurationError for a `--params-file` that cannot be read; rcl would name a line of its parser."""
+    for option, path in pairwise(arguments):
         if option == "--params-file":
             read_parameter_file(path)
