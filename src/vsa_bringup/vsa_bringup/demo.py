@@ -5,6 +5,7 @@ table compares start, estimate and truth.
 """
 
 import argparse
+import contextlib
 import json
 import shutil
 import signal
@@ -16,14 +17,12 @@ from typing import Any
 
 from vsa_bringup.isolation import IsolationError, claim_corner
 from vsa_bringup.processes import ProcessError
+from vsa_bringup.reporter import Reporter
 from vsa_bringup.scenario import Scenario, ScenarioError, load_scenario, scenario_names
-from vsa_bringup.settings import Layer, base_parameters, write_parameters, wrong_starts
+from vsa_bringup.settings import Layer, base_parameters, lay_over, write_parameters, wrong_starts
 from vsa_bringup.stage import Part, Stage
-from vsa_common.bags import BagError
-from vsa_common.configuration import ConfigurationError, load
-from vsa_common.tables import TableError
+from vsa_common.configuration import ConfigurationError
 from vsa_common.terminal import Bar, progress
-from vsa_driver.rig_simulator import SimulatorConfig
 
 RATE_HZ = 500  # two cores lose nothing at it with the recorder on
 DURATION_S = 60.0
@@ -39,7 +38,6 @@ VIEW_PORT = 8080
 MADE = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
 END_S = 5.0  # for the last samples to arrive on a busy machine
 Arrivals = list[tuple[int, int]]
-_EXPECTED = (ProcessError, IsolationError, ScenarioError, ConfigurationError, BagError, TableError, OSError)
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -48,13 +46,11 @@ def main(args: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
     try:
-        scenario = load_scenario(options.scenario, options)
-        arrivals_ns = perform(options, scenario)
-        summary = conclude(options.out, arrivals_ns, scenario)
+        summary = perform(options, load_scenario(options.scenario, options))
     except KeyboardInterrupt:
         print(f"demo: stopped; what was recorded until then is in {options.out / 'bag'}", file=sys.stderr)
         return 130
-    except _EXPECTED as error:
+    except _expected() as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1
     lost = sum(side["samples_lost"] for side in summary["transmissions"].values())
@@ -62,28 +58,29 @@ def main(args: Sequence[str] | None = None) -> int:
     return 0
 
 
-def perform(options: argparse.Namespace, scenario: Scenario) -> Arrivals:
-    """Bring the suite up, let the rig's clock run, take all down; arrivals of the joint's messages."""
+def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
+    """Bring the suite up, let the rig's clock run, take all down, judge; the content of summary.json."""
     folder: Path = options.out
     clear(folder)
     corner = claim_corner()
     parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
     parts = [*PARTS, *scenario.parts(), *([_view()] if options.view else [])]
     waiting = [part.name for part in parts if part.name not in ("driver", "view")]
-    with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
-        stage.start(parts, parameters)
-        stage.wait_until_active(*waiting)
-        stage.activate("driver")  # last, so that nothing it says is missed
-        stage.wait_until_connected()
-        stage.request("rig_simulator/start")
-        scenario.begin(stage.node)
-        _watch(stage, options.duration, bar)
-    return stage.arrivals_ns
+    with contextlib.ExitStack() as ends:
+        with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
+            stage.start(parts, parameters)
+            stage.wait_until_active(*waiting)
+            stage.activate("driver")  # last, so that nothing it says is missed
+            stage.wait_until_connected()
+            stage.request("rig_simulator/start")
+            scenario.begin(stage.node)
+            _watch(stage, options.duration, bar)
+            reporter = ends.enter_context(Reporter())  # gets ready while the others stop
+        return conclude(folder, stage.arrivals_ns, scenario, reporter)
 
 
-def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario) -> dict[str, Any]:
+def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario, reporter: Reporter) -> dict[str, Any]:
     """Judge, show and report the run in `folder`; the content of summary.json."""
-    from vsa_bringup.report import write
     from vsa_bringup.verdict import show, summarise
 
     with progress(None, "reading the bag"):
@@ -94,7 +91,7 @@ def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario) -> dict[st
     (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
     show(summary)
     with progress(None, "writing the report"):
-        write(folder / "bag", folder, prints=False)
+        reporter.write(folder)
     return summary
 
 
@@ -114,9 +111,9 @@ def write_run(folder: Path, options: argparse.Namespace, bus_port: int, changes:
         "driver": {"autostart": False, "bus": bus},
         "recorder": {"out": str(folder.resolve() / "bag")},
     }
-    write_parameters(path, base_parameters(), run, changes)
-    rig = load(path, "rig_simulator", SimulatorConfig)
-    write_parameters(path, base_parameters(), run, wrong_starts(rig, options.seed), changes)
+    base = base_parameters()
+    rig = lay_over(lay_over(base, run), changes)["rig_simulator"]
+    write_parameters(path, base, run, wrong_starts(rig, options.seed), changes)
     return path
 
 
@@ -151,6 +148,14 @@ def _watch(stage: Stage, duration: float, bar: Bar) -> None:
         bar.advance(step, "measuring")
     bar.advance(0.0, "stopping")
     stage.spin_until_silent(END_S)
+
+
+def _expected() -> tuple[type[Exception], ...]:
+    """Errors that a line explains. Asked for when there is one: their libraries take long to load."""
+    from vsa_common.bags import BagError
+    from vsa_common.tables import TableError
+
+    return ProcessError, IsolationError, ScenarioError, ConfigurationError, BagError, TableError, OSError
 
 
 def _interrupt(*_: object) -> None:

@@ -1,5 +1,6 @@
 """The parameter file of a demo: the rig's own, with what this run wants otherwise laid over it."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,6 @@ import yaml
 from ament_index_python.packages import get_package_share_directory
 from vsa_bringup.start_values import wrong_start
 from vsa_common.configuration import read_parameter_file
-from vsa_driver.rig.config import RigConfig, TransmissionConfig
 
 Tree = dict[str, Any]
 Layer = Mapping[str, Mapping[str, Any]]  # parameters by bare node name
@@ -55,18 +55,16 @@ class _Plain(yaml.SafeDumper):
         return True
 
 
-def wrong_starts(rig: RigConfig, seed: int) -> dict[str, dict[str, Any]]:
-    """`initial` of both estimators, wrong on purpose; both rods start where their spring forces balance."""
-    first = rig.transmission_1
-    force = first.force_offset + first.k1 * float(np.exp(first.k2 * rig.profile.centre))
+def wrong_starts(rig: Mapping[str, Any], seed: int) -> dict[str, dict[str, Any]]:
+    """`initial` of both estimators, wrong on purpose, for the rig with these parameters.
+
+    Both rods start at rest, where their springs balance each other and the external torque.
+    """
+    first, second = rig["transmission_1"], rig["transmission_2"]
+    force = first["force_offset"] + first["k1"] * math.exp(first["k2"] * rig["profile"]["centre"])
+    pull = 2.0 * rig.get("torque", {}).get("constant", 0.0) / rig["joint"]["radius"]
     generator = np.random.default_rng(seed)
-    sides = (first, force), (rig.transmission_2, force + 2.0 * rig.torque.constant / rig.joint.radius)
     return {
-        f"estimator_{i}": {"initial": wrong_start(coefficients(side), force, generator)}
-        for i, (side, force) in enumerate(sides, 1)
+        f"estimator_{i}": {"initial": wrong_start(side, force_there, generator)}
+        for i, (side, force_there) in enumerate(((first, force), (second, force + pull)), 1)
     }
-
-
-def coefficients(side: TransmissionConfig) -> dict[str, float]:
-    """True coefficients of a simulated transmission; SI."""
-    return {name: getattr(side, name) for name in ("k2", "d1", "d2", "inertia", "force_offset")}

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from vsa_bringup.recorded import Recorded
-from vsa_bringup.settings import coefficients
 from vsa_bringup.summary import UNKNOWN, Z95, Geometry, Integers, joint_summary, latency_summary, transmission_summary
 from vsa_bringup.topics import TRANSMISSIONS
 from vsa_common.configuration import flatten, load
@@ -33,7 +32,7 @@ def summarise(folder: Path, arrivals_ns: Sequence[tuple[int, int]]) -> dict[str,
     transmissions = {}
     for i, (side, true) in enumerate(zip(TRANSMISSIONS, (rig.transmission_1, rig.transmission_2), strict=True), 1):
         start = flatten(load(parameters, f"estimator_{i}", NodeConfig).initial)
-        run = recorded.transmission(side, start, coefficients(true))
+        run = recorded.transmission(side, start, flatten(true))
         transmissions[side] = transmission_summary(run, truth, i, rig.rate_hz)
     return {
         "rate_hz": rig.rate_hz,
