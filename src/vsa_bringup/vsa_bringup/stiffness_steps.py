@@ -1,5 +1,6 @@
 """Schedule and judgement of the demo in which stiffness steps through its range: pure functions of time and truth."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -16,7 +17,8 @@ STEP_TIME = 5.0  # s
 UNREACHABLE, REFUSAL_TIME = 12.0, 1.0  # N m/rad, s
 FELT = (0.5, 1.0, 4.0)  # N m/rad
 FELT_ANGLE = 0.1  # rad, that the push should turn the joint by
-FELT_SETTLE, PUSH_RAMP, PUSH_TIME, RAMP_STEPS = 4.0, 2.0, 14.0, 20  # s, s, s for each sign
+FELT_SETTLE, PUSH_RAMP, PUSH_TIME, RAMP_STEPS = 4.0, 3.0, 14.0, 300  # s, s, s for each sign
+RELEASE = 3.0  # s
 LOOKED_AT = 1.5  # s at the end of each, that count as steady
 BAND = 0.05  # of the stiffness
 
@@ -70,7 +72,7 @@ def refusal_time() -> float:
 
 def felt_commands() -> list[Command]:
     """Stiffness while the joint is pushed one way and the other."""
-    each, start = FELT_SETTLE + 2.0 * PUSH_TIME, refusal_time() + REFUSAL_TIME
+    each, start = FELT_SETTLE + 2.0 * PUSH_TIME + RELEASE, refusal_time() + REFUSAL_TIME
     return [Command(start + i * each, start + (i + 1) * each, stiffness) for i, stiffness in enumerate(FELT)]
 
 
@@ -80,7 +82,7 @@ def duration() -> float:
 
 
 def pushes() -> list[Push]:
-    """Small steps of torque to one side, to the other, and back to nothing."""
+    """Torque to one side, to the other, and back to nothing, in steps too small to feel."""
     out = []
     for command in felt_commands():
         begin, now = command.time + FELT_SETTLE, 0.0
@@ -88,9 +90,13 @@ def pushes() -> list[Push]:
             wanted = sign * FELT_ANGLE * command.stiffness
             for k in range(1, RAMP_STEPS + 1):
                 part = k / RAMP_STEPS
-                out.append(Push(begin + PUSH_RAMP * part, now + part * (wanted - now)))
+                eased = 0.5 - 0.5 * math.cos(math.pi * part)
+                out.append(Push(begin + PUSH_RAMP * part, now + eased * (wanted - now)))
             begin, now = begin + PUSH_TIME, wanted
-        out.append(Push(command.end, 0.0))
+        out += [
+            Push(begin + RELEASE * k / RAMP_STEPS, now * (0.5 + 0.5 * math.cos(math.pi * k / RAMP_STEPS)))
+            for k in range(1, RAMP_STEPS + 1)
+        ]
     return out
 
 

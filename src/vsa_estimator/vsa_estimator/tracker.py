@@ -81,6 +81,7 @@ class Tracker:
         self.p[1, 1] = START_SPEED_STD**2
         self.p[2, 2] = START_ACCELERATION_STD**2
         self._high = self._low = deflection
+        self._clear_watch()
 
     def forget(self, measured_force: float) -> None:
         """Coefficients back to their start values, the stiffness from the present force by eq. (3)."""

@@ -150,13 +150,14 @@ def estimate(recording: Recording, config: RigConfig) -> list[JointEstimate]:
             sample = estimator.add(stamp, recording.forces[k, side], recording.deflections[k, side])
             if sample is None:
                 continue
-            joint = fusion.add(side, _side(sample), stamp)
+            joint = fusion.add(side, joint_side(sample), stamp)
             if joint is not None:
                 out.append(joint)
     return out
 
 
-def _side(e: Estimate) -> Side:
+def joint_side(e: Estimate) -> Side:
+    """What the joint core needs of an estimate."""
     rod = Rod(
         e.stiffness, e.damping, e.inertia, e.stiffness_variance, e.damping_variance, e.inertia_variance,
         e.stiffness_damping_covariance, e.stiffness_inertia_covariance, e.damping_inertia_covariance,
