@@ -49,9 +49,9 @@ class Parameter:
         for number in value if isinstance(value, tuple) else (value,):
             if self.options and number not in self.options:
                 raise self._error(value, f"must be one of {', '.join(self.options)}")
-            if isinstance(number, float | int) and not isinstance(number, bool):
-                if not self.low <= number <= self.high:
-                    raise self._error(value, f"must be within {self.low} to {self.high}{self._unit}")
+            is_number = isinstance(number, float | int) and not isinstance(number, bool)
+            if is_number and not self.low <= number <= self.high:
+                raise self._error(value, f"must be within {self.low} to {self.high}{self._unit}")
         return value
 
     @property
