@@ -77,10 +77,12 @@ class Scenario(PlainScenario):
 
     def _on_status(self, status: DiagnosticStatus) -> None:
         values = {item.key: item.value for item in status.values}
-        if values.get("accepted") == "False":
-            refusal = {"stiffness": float(values["stiffness"]), "reason": status.message}
-            if refusal["stiffness"] not in [one["stiffness"] for one in self._refused]:
-                self._refused.append(refusal)
+        if values.get("accepted") != "False" or "stiffness_min" not in values:
+            return  # taken; or held for another reason
+        refusal: dict[str, Any] = {"reason": status.message}
+        refusal |= {name: float(values[name]) for name in ("stiffness", "stiffness_min", "stiffness_max")}
+        if refusal["stiffness"] not in [one["stiffness"] for one in self._refused]:
+            self._refused.append(refusal)
 
     def _begins_of_rig(self, folder: Path, rig_time: Any) -> list[float]:
         """Instants at which the plan's steps were commanded, on the rig's clock, by its samples' capture stamps."""

@@ -13,6 +13,7 @@ from vsa_joint.springs import Spring
 from vsa_joint.status import Status
 
 SECOND_NS = 1_000_000_000
+MEASURED_TIMEOUT_NS = SECOND_NS // 10  # angle and motors come slower than the estimates
 STATE_TIMEOUT_NS = SECOND_NS // 4  # an estimator's state comes at 50 Hz
 RECOVERY_NS = SECOND_NS // 2  # all must be well for so long before control resumes
 FOLLOW_RAD, FOLLOW_NS = 0.3, SECOND_NS // 2  # motors further than that from their command do not follow
@@ -140,9 +141,9 @@ class Supervisor:
             return f"joint stiffness invalid: {joint.reason or Status(joint.status).name}"
         if not joint.force_valid:
             return f"tension invalid: {joint.reason or 'a force sensor is not well'}"
-        if not math.isfinite(inputs.angle) or now_ns - inputs.angle_ns > self._timeout_ns:
+        if not math.isfinite(inputs.angle) or now_ns - inputs.angle_ns > MEASURED_TIMEOUT_NS:
             return "joint_states silent"
-        if inputs.motors is None or now_ns - inputs.motors_ns > self._timeout_ns:
+        if inputs.motors is None or now_ns - inputs.motors_ns > MEASURED_TIMEOUT_NS:
             return "motor_states silent"
         for number, spring, arrival in zip((1, 2), inputs.springs, inputs.springs_ns, strict=True):
             if spring is None or now_ns - arrival > STATE_TIMEOUT_NS:
