@@ -47,6 +47,7 @@ def talk(node, topic: str, process: subprocess.Popen) -> None:
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < end
         rclpy.spin_once(node, timeout_sec=0.05)
+    time.sleep(0.5)  # we know of the reader; it has to know of us as well
     for k in range(COUNT):
         publisher.publish(JointState(name=["motor_1"], position=[float(k)]))
         time.sleep(0.001)
