@@ -16,6 +16,7 @@ NODES = {
     "estimator": "vsa_estimator.settings.NodeConfig",
     "joint": "vsa_joint.configuration.JointConfig",
     "stiffness_controller": "vsa_joint.configuration.ControlConfig",
+    "recorder": "vsa_bringup.record.RecorderConfig",
     "rig_simulator": "vsa_driver.rig_simulator.SimulatorConfig",
 }
 _BLOCK = re.compile(r"(<!-- (parameters|message): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
