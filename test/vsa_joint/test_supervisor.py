@@ -28,14 +28,16 @@ class Feed:
         self.inputs = Inputs()
         self.now = 0
 
-    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, quiet=()):
+    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, quiet=(), frozen=()):
         """Steps for `ms`; `quiet` names inputs that stop. Returns (instant, mode, reason, motors) of each."""
         out = []
         for _ in range(ms // 10):
             self.now += 10 * MS
             i = self.inputs
+            noise = 1e-4 * (self.now // MS % 7)
             if "joint" not in quiet:
-                i.joint, i.joint_ns = joint, self.now
+                noisy = tuple(t + (0.0 if side in frozen else noise) for side, t in enumerate(joint.tension))
+                i.joint, i.joint_ns = replace(joint, tension=noisy), self.now
             if "angle" not in quiet:
                 i.angle, i.angle_ns = 0.0, self.now
             if "motors" not in quiet:
@@ -100,6 +102,26 @@ def test_an_invalid_estimate_holds_at_once_where_the_motors_are(joint, reason):
     assert delay <= 10
     assert reason in told
     assert {row[3] for row in out} == {MOTORS}
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_frozen_force_holds_within_a_second(side):
+    feed = working()
+    since = feed.now
+    delay, told = first_hold(feed, feed.run(1200, frozen=(side,)), since)
+    assert delay <= 1000
+    assert f"force of transmission_{side + 1} frozen" in told
+
+
+@pytest.mark.parametrize(
+    ("tension", "said"), [((0.0, 25.0), "transmission_1 slack"), ((25.0, 110.0), "over its limit")]
+)
+def test_a_force_that_cannot_be_holds_at_once(tension, said):
+    feed = working()
+    since = feed.now
+    delay, told = first_hold(feed, feed.run(100, joint=replace(GOOD, tension=tension)), since)
+    assert delay <= 10
+    assert said in told
 
 
 def test_a_command_that_stops_holds_after_its_timeout():

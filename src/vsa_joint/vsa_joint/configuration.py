@@ -87,6 +87,9 @@ class ControlConfig(Geometry, Limits):
     error_warn: float = quantity(0.05, "", 0.0, 10.0, "predicted relative error of the stiffness from which on to warn")
     error_max: float = quantity(0.3, "", 0.0, 10.0, "predicted relative error of the stiffness from which on to refuse")
     input_timeout: float = quantity(0.06, "s", 0.01, 10.0, "age of the joint's estimate after which motors hold")
+    frozen_timeout: float = quantity(
+        0.5, "s", 0.0, 60.0, "time after which a force that repeats to the last digit counts as frozen; 0: never"
+    )
     command_timeout: float = quantity(0.5, "s", 0.01, 60.0, "silence of stiffness_command after which motors hold")
     dither_amplitude: float = quantity(0.0, "m", 0.0, 0.005, "most that self-excitation may move a rod; 0: never")
     dither_frequency: float = quantity(0.2, "Hz", 0.01, 10.0, "of the self-excitation")

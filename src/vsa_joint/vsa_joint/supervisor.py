@@ -16,6 +16,7 @@ SECOND_NS = 1_000_000_000
 MEASURED_TIMEOUT_NS = SECOND_NS // 10  # angle and motors come slower than the estimates
 STATE_TIMEOUT_NS = SECOND_NS // 4  # an estimator's state comes at 50 Hz
 RECOVERY_NS = SECOND_NS // 2  # all must be well for so long before control resumes
+OVERLOAD = 1.05  # of force_max, beyond which the motors hold
 FOLLOW_RAD, FOLLOW_NS = 0.3, SECOND_NS // 2  # motors further than that from their command do not follow
 
 
@@ -72,6 +73,9 @@ class Supervisor:
         self._well_ns: int | None = None
         self._followed_ns = 0
         self._damping = 1.0
+        self._config = config
+        self._seen_ns = [0, 0]  # when each tension last changed
+        self._tension: tuple[float, float] = (math.nan, math.nan)
 
     def command(self, target: Target, inputs: Inputs, now_ns: int) -> Judgement:
         """Take or refuse a command; a refused one leaves the target as it was."""
@@ -93,6 +97,7 @@ class Supervisor:
 
     def step(self, inputs: Inputs, now_ns: int) -> tuple[float, float] | None:
         """Motor positions [rad] for this period; None while nothing was ever commanded."""
+        self._look_at_forces(inputs, now_ns)
         if self.target is None:
             return None
         fault = self._fault(inputs, now_ns)
@@ -148,7 +153,29 @@ class Supervisor:
         for number, spring, arrival in zip((1, 2), inputs.springs, inputs.springs_ns, strict=True):
             if spring is None or now_ns - arrival > STATE_TIMEOUT_NS:
                 return f"transmission_{number}/estimator_state silent"
+            fault = self._force_fault(number, 2.0 * joint.tension[number - 1], spring, now_ns)
+            if fault:
+                return fault
         return ""
+
+    def _force_fault(self, number: int, force: float, spring: Spring, now_ns: int) -> str:
+        config = self._config
+        if force < spring.force_offset - config.slack_margin:
+            return f"transmission_{number} slack or its force sensor off: {force:.3g} N"
+        if force > OVERLOAD * config.force_max:
+            return f"transmission_{number} over its limit: {force:.3g} N"
+        if config.frozen_timeout and now_ns - self._seen_ns[number - 1] > config.frozen_timeout * SECOND_NS:
+            return f"force of transmission_{number} frozen at {force:.6g} N"
+        return ""
+
+    def _look_at_forces(self, inputs: Inputs, now_ns: int) -> None:
+        """Real sensors have noise: a reading that never changes is none."""
+        if inputs.joint is None:
+            return
+        for side, (tension, before) in enumerate(zip(inputs.joint.tension, self._tension, strict=True)):
+            if tension != before:
+                self._seen_ns[side] = now_ns
+        self._tension = inputs.joint.tension
 
     def _live(self, inputs: Inputs) -> Live | None:
         joint, (first, second) = inputs.joint, inputs.springs
