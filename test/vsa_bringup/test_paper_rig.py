@@ -14,6 +14,7 @@ NODES = {
     "estimator_2": "vsa_estimator.settings.NodeConfig",
     "joint": "vsa_joint.configuration.JointConfig",
     "recorder": "vsa_bringup.record.RecorderConfig",
+    "stiffness_controller": "vsa_joint.configuration.ControlConfig",
     "rig_simulator": "vsa_driver.rig_simulator.SimulatorConfig",
 }
 
