@@ -22,6 +22,7 @@ START_ACCELERATION_STD = 5e-3  # [m/s^2]
 WATCH_TIME = 2.0  # innovations are watched over this long [s]
 SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
 LOUD = 100.0
+FAST = 2.0  # times the speed of the damper's greatest force, beyond which the lag of the filter is not held against it
 HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of it goes into the interval
 
 
@@ -149,7 +150,8 @@ class Tracker:
                 self.force_monitor,
             )
         )  # fmt: skip
-        self._watch(min(float(self.force_monitor[2]), LOUD))
+        if abs(self.z[Z.V]) < FAST * math.sqrt(self.z[Z.D1] / max(-3.0 * self.z[Z.D2], 1e-6)):
+            self._watch(min(float(self.force_monitor[2]), LOUD))
         return taken
 
     @property

@@ -78,7 +78,7 @@ class ControlConfig(Geometry, Limits):
     motor_max: float = quantity(8.0, "rad", -1e4, 1e4, "greatest motor position")
     rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of a step of the equilibrium")
     smoothing_time: float = quantity(0.07, "s", 1e-3, 10.0, "time constant of a step of stiffness by a factor 2")
-    stiffness_gain: float = quantity(1.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness")
+    stiffness_gain: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness")
     equilibrium_gain: float = quantity(0.5, "", 0.0, 5.0, "proportional gain on the unloaded equilibrium")
     equilibrium_integral: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the unloaded equilibrium")
     dead_band: float = quantity(0.003, "rad", 0.0, 0.1, "error of the equilibrium that is left alone")
