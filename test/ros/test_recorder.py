@@ -4,9 +4,11 @@ import os
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 import rclpy
+from rclpy.duration import Duration
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from vsa_bringup.isolation import claim_corner
@@ -39,47 +41,56 @@ def record(out, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
 
 
-def talk(node, topic: str, process: subprocess.Popen) -> None:
-    """Publish once the recorder listens."""
+def talk(node, topic: str, process: subprocess.Popen, bag: Path) -> None:
+    """Publish 0, 1, 2, ... once what is said before arrives in the bag."""
     publisher = node.create_publisher(JointState, topic, RELIABLE)
     end = time.monotonic() + 60.0
-    while publisher.get_subscription_count() == 0:
+    heard = 0
+    while not heard or size(bag) < heard + 20_000:
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < end
-        rclpy.spin_once(node, timeout_sec=0.05)
-    time.sleep(0.5)  # we know of the reader; it has to know of us as well
+        heard = heard or size(bag)
+        publisher.publish(JointState(name=["motor_1"], position=[-1.0]))
+        rclpy.spin_once(node, timeout_sec=0.002)
     for k in range(COUNT):
         publisher.publish(JointState(name=["motor_1"], position=[float(k)]))
-        time.sleep(0.001)
+        time.sleep(0.001)  # the pace of a sensor
+    publisher.wait_for_all_acked(Duration(seconds=10))
     time.sleep(0.3)
     node.destroy_publisher(publisher)
+
+
+def size(bag: Path) -> int:
+    return sum(file.stat().st_size for file in bag.glob("*.mcap"))
+
+
+def counted(bag: Path) -> list[float]:
+    return [message.position[0] for _, _, message in bags.read(bag, [TOPIC]) if message.position[0] >= 0.0]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_closes_the_bag_with_every_message_in_it(node, tmp_path, number):
     process = record(tmp_path / "bag")
-    talk(node, TOPIC, process)
+    talk(node, TOPIC, process, tmp_path / "bag")
     process.send_signal(number)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 0
     assert "0 dropped" in errors
-    positions = [message.position[0] for _, _, message in bags.read(tmp_path / "bag", [TOPIC])]
-    assert positions == [float(k) for k in range(COUNT)]
+    assert counted(tmp_path / "bag") == [float(k) for k in range(COUNT)]
     assert (tmp_path / "bag" / "metadata.yaml").exists()
 
 
 def test_a_crash_costs_no_more_than_the_last_moment(node, tmp_path):
     process = record(tmp_path / "bag", "--ros-args", "-p", "flush_period:=0.1")
-    talk(node, TOPIC, process)
+    talk(node, TOPIC, process, tmp_path / "bag")
     process.kill()
     process.communicate()
-    positions = [message.position[0] for _, _, message in bags.read(tmp_path / "bag", [TOPIC])]
-    assert positions == [float(k) for k in range(COUNT)]
+    assert counted(tmp_path / "bag") == [float(k) for k in range(COUNT)]
 
 
 def test_topics_of_others_are_recorded_when_asked_for(node, tmp_path):
     process = record(tmp_path / "bag", "--topic", FOREIGN)
-    talk(node, FOREIGN, process)
+    talk(node, FOREIGN, process, tmp_path / "bag")
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=20)
     assert bags.topics(tmp_path / "bag")[FOREIGN].messages >= COUNT / 2
