@@ -2,11 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
 from vsa_bringup import bench_joint
-from vsa_bringup.joint_bench.case import Case, external_torque, rig_config
-from vsa_bringup.joint_bench.experiment import run
+from vsa_bringup.joint_bench.case import Case, external_torque, geometry, rig_config
+from vsa_bringup.joint_bench.experiment import record, run
+from vsa_bringup.joint_bench.recorded import identify_series
 from vsa_bringup.joint_bench.report import case_json, identified_holds
+from vsa_joint.configuration import JointConfig
 
 KEYS = {
     "co_contraction", "tendon_n_per_m", "coulomb_friction", "amplitude_nm", "seed", "expansion_valid", "identified",
@@ -54,3 +57,35 @@ def test_seeds_differ_between_frictions_and_repeats():
     assert len(loud) == 60
     assert len(set(loud)) == 60
     assert len(cases) - len(loud) == 15
+
+
+def series(case, drop=slice(0, 0)):
+    """Angle and torque as a bag has them: 40 samples a second, each with its stamp."""
+    config = rig_config(case)
+    recording = record(case, config)
+    stamps = 1e9 * np.arange(len(recording.angle)) / case.rate_hz
+    keep = np.delete(np.arange(round(40.0 * case.rate_hz), len(stamps), 5), drop)
+    joint = geometry(config)
+    return [np.stack([stamps[keep], values[keep]], axis=1) for values in (recording.angle, recording.torque)], joint
+
+
+def test_a_recording_as_a_real_rig_gives_it_is_identified_with_an_interval(with_friction):
+    (angle, torque), joint = series(with_friction.case)
+    found, truth = identify_series(angle, torque, joint, 20.0), with_friction.truth
+    assert found.impedance.stiffness == pytest.approx(truth.stiffness, rel=0.01)
+    assert found.impedance.damping == pytest.approx(truth.damping, rel=0.03)
+    assert abs(found.impedance.stiffness - truth.stiffness) < 3.0 * found.std.stiffness
+
+
+def test_a_recording_with_a_gap_or_too_short_is_refused():
+    rows = np.stack([1e9 * np.arange(0.0, 50.0, 0.025), np.zeros(2000)], axis=1)
+    joint = JointConfig().joint
+    with pytest.raises(ValueError, match="joint_states: 1"):
+        identify_series(np.delete(rows, slice(500, 540), axis=0), rows, joint, 20.0)
+    with pytest.raises(ValueError, match="expected two periods"):
+        identify_series(rows[:1000], rows[:1000], joint, 20.0)
+
+
+def test_a_bag_that_is_not_there_is_one_line(capsys, tmp_path):
+    assert bench_joint.main(["--bag", str(tmp_path / "none")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1

@@ -4,13 +4,19 @@ import argparse
 import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, astuple
 from itertools import product
 from pathlib import Path
 
 from vsa_bringup.joint_bench.case import Case
 from vsa_bringup.joint_bench.experiment import Outcome, run
+from vsa_bringup.joint_bench.recorded import identify_bag
 from vsa_bringup.joint_bench.report import HEADER, NOTE, case_json, plot, rows, summary
+from vsa_common.bags import BagError
+from vsa_common.configuration import load
 from vsa_common.terminal import progress, show_table
+from vsa_joint.configuration import JointConfig
+from vsa_joint.excitation import PERIOD
 
 FORCES = (19.5, 30.0, 50.0, 80.0, 120.0)  # N, five levels of co-contraction
 TENDONS = (2e4, 1e5, 2e6)  # N/m
@@ -21,6 +27,8 @@ SEEDS = 2
 def main(argv: list[str] | None = None) -> int:
     """Run the experiment; exit code 0."""
     arguments = _arguments(argv)
+    if arguments.bag:
+        return _from_bag(arguments)
     cases = _cases(arguments)
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(arguments.jobs) as pool, progress(len(cases), "experiments", count=True) as bar:
@@ -33,6 +41,30 @@ def main(argv: list[str] | None = None) -> int:
         arguments.json.write_text(json.dumps({"cases": [case_json(o) for o in outcomes]}, indent=1) + "\n")
     if arguments.plot:
         plot(outcomes, arguments.plot)
+    return 0
+
+
+def _from_bag(arguments: argparse.Namespace) -> int:
+    config = load(arguments.config, "joint", JointConfig) if arguments.config else JointConfig()
+    try:
+        found = identify_bag(arguments.bag, config.joint, arguments.period)
+    except (BagError, ValueError) as error:
+        print(f"bench joint: {error}", file=sys.stderr)
+        return 1
+    units = {"stiffness": "N m/rad", "damping": "N m s/rad", "inertia": "kg m^2"}
+    rows_of_table = [
+        [name, f"{value:.4g}", f"{value - 1.96 * std:.4g} to {value + 1.96 * std:.4g}", units[name]]
+        for name, value, std in zip(units, astuple(found.impedance), astuple(found.std), strict=True)
+    ]
+    note = f"dry friction {1e3 * found.friction:.3g} mN m, unexplained {1e3 * found.residual:.3g} mN m rms"
+    show_table("Joint impedance from torque and angle", ("", "value", "95 % interval", ""), rows_of_table, note)
+    if arguments.json:
+        result = {
+            "identified": asdict(found.impedance),
+            "identified_std": asdict(found.std),
+            "friction": found.friction,
+        }
+        arguments.json.write_text(json.dumps(result, indent=1) + "\n")
     return 0
 
 
@@ -66,6 +98,11 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1, help="first seed (1)")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--quick", action="store_true", help="one place, with and without friction: within a minute")
+    parser.add_argument(
+        "--bag", type=Path, help="no simulation: identify from external_torque and joint_states of a bag"
+    )
+    parser.add_argument("--period", type=float, default=PERIOD, metavar="S", help="of the bag's torque (%(default)s)")
+    parser.add_argument("--config", type=Path, metavar="YAML", help="whose section `joint` has the bag's geometry")
     parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="png, svg or pdf")
     return parser.parse_args(argv)
