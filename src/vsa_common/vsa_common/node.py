@@ -7,7 +7,9 @@ import gc
 import math
 import signal
 import sys
+import threading
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
@@ -16,13 +18,24 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
+from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from vsa_common.configuration import ConfigurationError, Parameter, build, flatten, parameters, read_parameter_file
+from vsa_common.configuration import (
+    ConfigurationError,
+    Parameter,
+    build,
+    flag,
+    flatten,
+    group,
+    parameters,
+    read_parameter_file,
+)
+from vsa_common.realtime import RealTime, ask_for
 
 Config = TypeVar("Config")
 Health = tuple[int, str, Mapping[str, object]]
@@ -36,15 +49,32 @@ RCLError = rclpy_implementation.RCLError
 _OF_ROS = ("use_sim_time", "start_type_description_service")
 
 
-class SuiteNode(LifecycleNode, Generic[Config]):
-    """A lifecycle node that configures and activates itself unless `autostart` is false."""
+@dataclass(frozen=True)
+class Common:
+    """Parameters that every node has; read at its start."""
 
-    def __init__(self, name: str, config_class: type[Config], namespace: str = "vsa") -> None:
+    autostart: bool = flag(True, "configure and activate at start")
+    realtime: RealTime = group(RealTime)
+
+
+_COMMON = {parameter.name for parameter in parameters(Common)}
+
+
+class SuiteNode(LifecycleNode, Generic[Config]):
+    """A lifecycle node that configures and activates itself unless `autostart` is false.
+
+    `lock` guards what `start`, `stop`, `health` and other threads than the executor's share.
+    """
+
+    def __init__(self, name: str, config_class: type[Config], namespace: str = "vsa", **defaults: Any) -> None:
+        """`defaults` hold for parameters that nobody gives a value."""
         try:
             super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
         except ValueError as error:  # rcl gives an empty list no type
             raise ConfigurationError(f"a parameter has no value; write an empty list as ['']: {error}") from error
         self._config_class = config_class
+        self._defaults = defaults
+        self.lock = threading.RLock()
         self._active = False
         self._starting = False
         self.failure = ""
@@ -80,7 +110,7 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     def autostart(self) -> None:
         """Configure and activate, if the parameter says so; ConfigurationError where the node cannot start."""
-        if not self.get_parameter("autostart").value:
+        if not self.common.autostart:
             return
         self._starting = True
         self.trigger_configure()
@@ -91,13 +121,14 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         try:
-            self.start()
+            with self.lock:
+                self.start()
+                self._active = True
         except (ConfigurationError, OSError) as error:
             self.failure = " ".join(str(error).split())
             if not self._starting:  # `run` says it then
                 self.get_logger().error(self.failure)
             return TransitionCallbackReturn.FAILURE
-        self._active = True
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -110,9 +141,10 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     def close(self) -> None:
         """Stop if active."""
-        if self._active:
-            self._active = False
-            self.stop()
+        with self.lock:
+            if self._active:
+                self._active = False
+                self.stop()
 
     def _refuse_illegal_transitions(self) -> None:
         """rclpy lets a transition that is impossible in the present state end the process: answer instead."""
@@ -133,15 +165,13 @@ class SuiteNode(LifecycleNode, Generic[Config]):
     def _declare(self) -> Config:
         overrides = cast("Mapping[str, RosParameter]", self.get_parameters_by_prefix(""))
         given = {name: override.value for name, override in overrides.items() if _is_ours(name)}
-        autostart = given.pop("autostart", True)
-        if not isinstance(autostart, bool):
-            raise ConfigurationError(f"autostart = {autostart!r}: must be true or false")
-        config = build(self._config_class, given)
-        values = flatten(config)
-        for parameter in parameters(self._config_class):
-            self._describe(parameter.name, _ros_value(values[parameter.name]), _descriptor(parameter))
-        text = ParameterDescriptor(description="configure and activate at start", dynamic_typing=True)
-        self._describe("autostart", autostart, text)
+        self.common = build(Common, {name: value for name, value in given.items() if name in _COMMON})
+        own = {name: value for name, value in given.items() if name not in _COMMON}
+        config = build(self._config_class, {**self._defaults, **own})
+        for one in (config, self.common):
+            values = flatten(one)
+            for parameter in parameters(type(one)):
+                self._describe(parameter.name, _ros_value(values[parameter.name]), _descriptor(parameter))
         return config
 
     def _describe(self, name: str, value: Any, descriptor: ParameterDescriptor) -> None:
@@ -150,12 +180,15 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         self.declare_parameter(name, value, descriptor, ignore_override=True)
 
     def _on_parameters(self, changes: Sequence[RosParameter]) -> SetParametersResult:
-        ours = {change.name: change.value for change in changes if _is_ours(change.name) and change.name != "autostart"}
-        if not ours:
-            return SetParametersResult(successful=True)
+        ours = {change.name: change.value for change in changes if _is_ours(change.name)}
+        at_start = {name: ours.pop(name) for name in _COMMON.intersection(ours)}
         try:
+            self.common = build(Common, {**flatten(self.common), **at_start})
+            if not ours:
+                return SetParametersResult(successful=True)
             config = build(self._config_class, {**flatten(self.config), **ours})
-            self.reconfigure(config)
+            with self.lock:
+                self.reconfigure(config)
         except ConfigurationError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self.config = config
@@ -164,7 +197,8 @@ class SuiteNode(LifecycleNode, Generic[Config]):
     # Diagnostics.
 
     def _publish_health(self) -> None:
-        level, message, values = self.health()
+        with self.lock:
+            level, message, values = self.health()
         status = DiagnosticStatus(level=bytes([level]), name=self.get_fully_qualified_name(), message=message)
         status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         array = DiagnosticArray(status=[status])
@@ -194,12 +228,17 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
     return descriptor
 
 
-def run(factory: Callable[[], SuiteNode[Any]], args: list[str] | None = None) -> int:
-    """Live as one node until SIGINT or SIGTERM; exit code 0 then, 1 with one line where it cannot start.
+def run(
+    *factories: Callable[[], SuiteNode[Any]],
+    args: list[str] | None = None,
+    executor: Callable[[], Executor] = EventsExecutor,
+) -> int:
+    """Live as these nodes until SIGINT or SIGTERM; exit code 0 then, 1 with one line where one cannot start.
 
-    The signals only end the loop: the node still has its topics while it stops.
+    They start in this order and stop in the other one. The signals only end the loop: a node still has its topics
+    while it stops.
     """
-    node: SuiteNode[Any] | None = None
+    nodes: list[SuiteNode[Any]] = []
     stopped = False
 
     def on_signal(*_: object) -> None:
@@ -208,24 +247,30 @@ def run(factory: Callable[[], SuiteNode[Any]], args: list[str] | None = None) ->
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
+    speaker = Path(sys.argv[0]).name
     try:
         check_parameter_files(sys.argv if args is None else args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        node = factory()
-        executor = EventsExecutor()
-        executor.add_node(node)
-        node.autostart()
+        spinner = executor()
+        for factory in factories:
+            nodes.append(factory())
+            spinner.add_node(nodes[-1])
+        for node in nodes:
+            speaker = node.get_name()
+            node.autostart()
+            for refusal in ask_for(node.common.realtime):
+                node.get_logger().warning(refusal)
         gc.freeze()  # what is there now stays; the collector need not walk through it again
         while not stopped:
-            executor.spin_once(timeout_sec=1.0)
+            spinner.spin_once(timeout_sec=1.0)
         return 0
     except (ConfigurationError, OSError, RCLError) as error:
-        name = node.get_name() if node is not None else Path(sys.argv[0]).name
-        print(f"{name}: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"{speaker}: {' '.join(str(error).split())}", file=sys.stderr)
         return 1
     finally:
-        if node is not None:
+        for node in reversed(nodes):
             node.close()
+        for node in reversed(nodes):
             node.destroy_node()
         rclpy.try_shutdown()
 

@@ -1,0 +1,62 @@
+"""Real-time hints to the kernel. One that is not permitted is said, and the node works without it."""
+
+import ctypes
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from vsa_common.configuration import flag, quantity
+
+_MCL_CURRENT, _MCL_FUTURE = 1, 2  # <sys/mman.h>
+_LIBC = ctypes.CDLL(None, use_errno=True)
+
+
+@dataclass(frozen=True)
+class RealTime:
+    """What a process may ask of the kernel."""
+
+    priority: int = quantity(0, "", 0, 99, "SCHED_FIFO priority of the whole process; 0: the ordinary scheduler")
+    nice: int = quantity(0, "", -20, 19, "weight in the ordinary scheduler, -20 is the most; 0 leaves it")
+    lock_memory: bool = flag(False, "keep the process in memory: no sample waits for the disk")
+
+
+def ask_for(hints: RealTime) -> list[str]:
+    """Apply `hints` to every thread of this process; why, with the remedy, for each that was refused."""
+    refusals = []
+    if hints.nice:
+        refusals += _asked(f"nice = {hints.nice}", "CAP_SYS_NICE or LimitNICE=", lambda: _renice(hints.nice))
+    if hints.priority:
+        wish = f"priority = {hints.priority}"
+        refusals += _asked(wish, "CAP_SYS_NICE or LimitRTPRIO=", lambda: _schedule(hints.priority))
+    if hints.lock_memory:
+        refusals += _asked("lock_memory", "CAP_IPC_LOCK or LimitMEMLOCK=", _lock)
+    return refusals
+
+
+def _asked(wish: str, remedy: str, ask: Callable[[], None]) -> list[str]:
+    try:
+        ask()
+    except OSError as error:
+        return [f"realtime.{wish} is not permitted ({error.strerror}), going on without; {remedy} would permit it"]
+    return []
+
+
+def _threads() -> list[int]:
+    return [int(task.name) for task in Path("/proc/self/task").iterdir()]
+
+
+def _renice(nice: int) -> None:
+    for thread in _threads():
+        os.setpriority(os.PRIO_PROCESS, thread, nice)
+
+
+def _schedule(priority: int) -> None:
+    for thread in _threads():  # later ones inherit it
+        os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(priority))
+
+
+def _lock() -> None:
+    if _LIBC.mlockall(_MCL_CURRENT | _MCL_FUTURE):
+        number = ctypes.get_errno()
+        raise OSError(number, os.strerror(number))
