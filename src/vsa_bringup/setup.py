@@ -31,6 +31,7 @@ setup(
             "view = vsa_bringup.view:main",
             "design = vsa_bringup.design:main",
             "bench = vsa_bringup.bench:main",
+            "composed = vsa_bringup.composed:main",
         ],
     },
 )

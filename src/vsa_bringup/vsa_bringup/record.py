@@ -141,7 +141,7 @@ def main() -> int:
             nodes.append(RecorderNode(bar))
             return nodes[0]
 
-        code = run(create, args=[sys.argv[0], *ros])
+        code = run(create, [sys.argv[0], *ros])
     if code:
         return code
     print(f"recorder: {nodes[0].summary()}", file=sys.stderr)

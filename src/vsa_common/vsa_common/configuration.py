@@ -13,8 +13,9 @@ vsa_common.configuration.ConfigurationError: noise_std = -1.0 N: must be within 
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -187,6 +188,11 @@ def node_values(path: str | Path, node: str) -> dict[str, Any]:
                 raise ConfigurationError(f"{path}: {key} has no ros__parameters")
             values |= _flat(section["ros__parameters"])
     return values
+
+
+def parameter_files(arguments: Sequence[str]) -> list[str]:
+    """Every `--params-file` among the arguments of a ROS node."""
+    return [path for option, path in pairwise(arguments) if option == "--params-file"]
 
 
 def read_parameter_file(path: str | Path) -> dict[str, Any]:

@@ -10,7 +10,6 @@ import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
@@ -32,6 +31,7 @@ from vsa_common.configuration import (
     flag,
     flatten,
     group,
+    parameter_files,
     parameters,
     read_parameter_file,
 )
@@ -71,18 +71,24 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         try:
             super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
         except ValueError as error:  # rcl gives an empty list no type
-            raise ConfigurationError(f"a parameter has no value; write an empty list as ['']: {error}") from error
+            raise ConfigurationError(
+                f"{name}: a parameter has no value; write an empty list as ['']: {error}"
+            ) from error
+        self.steady = Clock(clock_type=ClockType.STEADY_TIME)  # one for all nodes of a process gets slow
         self._config_class = config_class
         self._defaults = defaults
         self.lock = threading.RLock()
         self._active = False
         self._starting = False
         self.failure = ""
-        self.config = self._declare()
+        try:
+            self.config = self._declare()
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{self.get_name()}: {error}") from error
         self.add_on_set_parameters_callback(self._on_parameters)
         self._refuse_illegal_transitions()
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_timer(1.0, self._publish_health, clock=STEADY)
+        self.create_timer(1.0, self._publish_health, clock=self.steady)
 
     # What a node of the suite provides.
 
@@ -229,16 +235,16 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
 
 
 def run(
-    *factories: Callable[[], SuiteNode[Any]],
+    create: Callable[[], SuiteNode[Any] | Sequence[SuiteNode[Any]]],
     args: list[str] | None = None,
     executor: Callable[[], Executor] = EventsExecutor,
 ) -> int:
-    """Live as these nodes until SIGINT or SIGTERM; exit code 0 then, 1 with one line where one cannot start.
+    """Live as one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line where one cannot start.
 
-    They start in this order and stop in the other one. The signals only end the loop: a node still has its topics
-    while it stops.
+    Several start in their order and stop in the other one. The signals only end the loop: a node still has its
+    topics while it stops.
     """
-    nodes: list[SuiteNode[Any]] = []
+    nodes: Sequence[SuiteNode[Any]] = []
     stopped = False
 
     def on_signal(*_: object) -> None:
@@ -247,16 +253,17 @@ def run(
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
-    speaker = Path(sys.argv[0]).name
+    speaker = f"{Path(sys.argv[0]).name}: "
     try:
         check_parameter_files(sys.argv if args is None else args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         spinner = executor()
-        for factory in factories:
-            nodes.append(factory())
-            spinner.add_node(nodes[-1])
+        speaker = ""  # a node that cannot be names itself
+        created = create()
+        nodes = [created] if isinstance(created, SuiteNode) else created
         for node in nodes:
-            speaker = node.get_name()
+            speaker = f"{node.get_name()}: "
+            spinner.add_node(node)
             node.autostart()
             for refusal in ask_for(node.common.realtime):
                 node.get_logger().warning(refusal)
@@ -265,7 +272,7 @@ def run(
             spinner.spin_once(timeout_sec=1.0)
         return 0
     except (ConfigurationError, OSError, RCLError) as error:
-        print(f"{speaker}: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"{speaker}{' '.join(str(error).split())}", file=sys.stderr)
         return 1
     finally:
         for node in reversed(nodes):
@@ -277,6 +284,5 @@ def run(
 
 def check_parameter_files(arguments: Sequence[str]) -> None:
     """Raise ConfigurationError for a `--params-file` that cannot be read; rcl would name a line of its parser."""
-    for option, path in pairwise(arguments):
-        if option == "--params-file":
-            read_parameter_file(path)
+    for path in parameter_files(arguments):
+        read_parameter_file(path)

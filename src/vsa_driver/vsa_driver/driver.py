@@ -8,7 +8,8 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
-from vsa_common.node import ERROR, OK, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.joints import joints
+from vsa_common.node import ERROR, OK, WARN, Health, SuiteNode, run
 from vsa_driver.bus import BusError, Frame
 from vsa_driver.calibration import TareError
 from vsa_driver.capture import JointSample, MotorSample, Sample
@@ -32,8 +33,8 @@ class DriverNode(SuiteNode[DriverSettings]):
     One thread reads the bus and publishes; everything else happens in the executor's.
     """
 
-    def __init__(self) -> None:
-        super().__init__("driver", DriverSettings)
+    def __init__(self, name: str = "driver", namespace: str = "vsa") -> None:
+        super().__init__(name, DriverSettings, namespace)
 
     def start(self) -> None:
         config, motors = self.config, self.config.motors
@@ -60,8 +61,8 @@ class DriverNode(SuiteNode[DriverSettings]):
             self.create_service(Trigger, "~/tare", self._on_tare),
         ]
         self._own_timers: list[Timer] = [
-            self.create_timer(1.0 / config.counters_rate, self._flush, clock=STEADY),
-            self.create_timer(1.0 / motors.command_rate, self._send_command, clock=STEADY),
+            self.create_timer(1.0 / config.counters_rate, self._flush, clock=self.steady),
+            self.create_timer(1.0 / motors.command_rate, self._send_command, clock=self.steady),
         ]
         gc.freeze()  # what exists by now lives long; collecting it again and again would hold samples up
 
@@ -201,7 +202,7 @@ class DriverNode(SuiteNode[DriverSettings]):
 def main() -> int:
     """Entry point."""
     sys.setswitchinterval(SWITCH_S)
-    return run(DriverNode)
+    return run(lambda: [DriverNode(namespace=joint) for joint in joints(sys.argv)])
 
 
 if __name__ == "__main__":

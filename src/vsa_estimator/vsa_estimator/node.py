@@ -1,14 +1,16 @@
 """Node: force and encoder of one transmission in, its impedance out."""
 
 import time
+from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
 from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_estimator.formulations import create_estimator
-from vsa_estimator.pairing import Pairing, Sample
+from vsa_estimator.pairing import Pairing
 from vsa_estimator.settings import NodeConfig
 from vsa_estimator.values import Estimate, Reset, State, Status
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
@@ -24,8 +26,8 @@ _STATE = tuple(name for name in State._fields if name in EstimatorState.get_fiel
 class EstimatorNode(SuiteNode[NodeConfig]):
     """Estimate the impedance of one transmission from its force and deflection."""
 
-    def __init__(self) -> None:
-        super().__init__("estimator", NodeConfig)
+    def __init__(self, name: str = "estimator", namespace: str = "vsa", **defaults: Any) -> None:
+        super().__init__(name, NodeConfig, namespace, **defaults)
 
     def start(self) -> None:
         config = self.config
@@ -40,15 +42,20 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
         self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = self._watched_ns = 0
         self._ros_clock = self.get_clock()
-        qos = RELIABLE if config.reliability == "reliable" else BEST_EFFORT
         self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
-        self._inputs = [
+        self._inputs = self.listen()
+        self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
+        self._watch = self.create_timer(WATCH, self._on_watch, clock=self.steady)
+
+    def listen(self) -> list[Subscription]:
+        """Subscribe to both sensors; whoever calls `take` overrides this."""
+        name = self.config.transmission
+        qos = RELIABLE if self.config.reliability == "reliable" else BEST_EFFORT
+        return [
             self.create_subscription(WrenchStamped, f"{name}/force", self._on_force, qos),
             self.create_subscription(JointState, f"{name}/encoder", self._on_encoder, qos),
         ]
-        self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
-        self._watch = self.create_timer(WATCH, self._on_watch, clock=STEADY)
 
     def stop(self) -> None:
         self.destroy_timer(self._watch)
@@ -84,44 +91,57 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def _on_force(self, message: WrenchStamped) -> None:
         stamp_ns = nanoseconds(message.header.stamp)
-        if self._refuse(stamp_ns, "force"):
+        if self.refuse(stamp_ns, "force"):
             return
         for sample in self._pairing.add_force(stamp_ns, message.wrench.force.x):
-            self._take(sample)
+            self.take(*sample)
 
     def _on_encoder(self, message: JointState) -> None:
         stamp_ns = nanoseconds(message.header.stamp)
-        if self._refuse(stamp_ns, "encoder"):
+        if self.refuse(stamp_ns, "encoder"):
             return
         deflection = message.position[0] if message.position else float("nan")
         for sample in self._pairing.add_encoder(stamp_ns, deflection):
-            self._take(sample)
+            self.take(*sample)
 
-    def _refuse(self, stamp_ns: int, sensor: str) -> bool:
+    def refuse(self, stamp_ns: int, sensor: str) -> bool:
+        """Whether a stamp is zero or in the future; it is counted then."""
         if 0 < stamp_ns <= self._ros_clock.now().nanoseconds + self._future_ns:
             return False
         self._refused[f"{self.config.transmission}/{sensor}"] += 1
         return True
 
-    def _take(self, sample: Sample) -> None:
-        estimate = self._estimator.add(sample.stamp_ns, sample.force, sample.deflection)
-        if estimate is None:
-            return
-        self._stamp_ns = sample.stamp_ns
-        self._arrival_ns = time.monotonic_ns()
-        if estimate.reset_count != self._impedance.reset_count and estimate.reset_reason is Reset.TIME_JUMP:
-            self._published_ns = self._state_ns = 0
-        self._publish(estimate)
+    def take(self, stamp_ns: int, force: float, deflection: float) -> None:
+        """Estimate from one sample of force [N] and deflection [m], and publish; nothing while inactive."""
+        with self.lock:
+            if not self.active:
+                return
+            estimate = self._estimator.add(stamp_ns, force, deflection)
+            if estimate is None:
+                return
+            self._stamp_ns = stamp_ns
+            self._arrival_ns = time.monotonic_ns()
+            if estimate.reset_count != self._impedance.reset_count and estimate.reset_reason is Reset.TIME_JUMP:
+                self._published_ns = self._state_ns = 0
+            self._publish(estimate)
 
-    def _publish(self, estimate: Estimate) -> None:
-        if estimate.stamp_ns <= self._published_ns:
-            return
-        self._published_ns = estimate.stamp_ns
+    def on_estimate(self, estimate: Estimate) -> None:
+        """Publish one estimate; whoever needs it sooner overrides this."""
         message = self._impedance
         set_stamp(message.header.stamp, estimate.stamp_ns)
         for name in _IMPEDANCE:
             setattr(message, name, getattr(estimate, name))
         self._impedances.publish(message)
+
+    def on_state(self, message: EstimatorState) -> None:
+        """Publish what the estimator knows; the message is used again for the next."""
+        self._states.publish(message)
+
+    def _publish(self, estimate: Estimate) -> None:
+        if estimate.stamp_ns <= self._published_ns:
+            return
+        self._published_ns = estimate.stamp_ns
+        self.on_estimate(estimate)
         if estimate.stamp_ns - self._state_ns >= self._state_period_ns:
             self._state_ns = estimate.stamp_ns
             self._publish_state(estimate)
@@ -134,7 +154,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             setattr(message, name, getattr(state, name))
         message.status = estimate.status
         message.samples_dropped += self._pairing.dropped + sum(self._refused.values())
-        self._states.publish(message)
+        self.on_state(message)
 
     def _on_watch(self) -> None:
         """Predict on while the sensors are silent. After a starved moment, what has queued up comes first."""
@@ -145,12 +165,14 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             return
         silence_ns = now_ns - self._arrival_ns
         if silence_ns > SILENT * 1e9:
-            estimate = self._estimator.coast(self._stamp_ns + silence_ns)
-            if estimate is not None:
-                self._publish(estimate)
+            with self.lock:
+                estimate = self._estimator.coast(self._stamp_ns + silence_ns)
+                if estimate is not None:
+                    self._publish(estimate)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._estimator.reset(Reset.REQUESTED)
+        with self.lock:
+            self._estimator.reset(Reset.REQUESTED)
         response.success = True
         return response
 

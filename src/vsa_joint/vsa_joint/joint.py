@@ -2,8 +2,10 @@
 
 import time
 from functools import partial
+from typing import Any
 
-from vsa_common.node import ERROR, OK, RELIABLE, STALE, STEADY, WARN, Health, SuiteNode, run
+from rclpy.subscription import Subscription
+from vsa_common.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
 from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_joint.configuration import CONSISTENT, JointConfig
 from vsa_joint.fusion import JointEstimate, JointFusion, Side
@@ -19,8 +21,8 @@ _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 class JointNode(SuiteNode[JointConfig]):
     """Publish `joint_impedance` for every pair of transmission estimates, and when they stop."""
 
-    def __init__(self) -> None:
-        super().__init__("joint", JointConfig)
+    def __init__(self, name: str = "joint", namespace: str = "vsa") -> None:
+        super().__init__(name, JointConfig, namespace)
 
     def start(self) -> None:
         self._fusion = JointFusion(self.config)
@@ -30,21 +32,25 @@ class JointNode(SuiteNode[JointConfig]):
             JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
         )
         self._publisher = self.create_publisher(JointImpedance, "joint_impedance", RELIABLE)
-        self._inputs = [
-            self.create_subscription(
-                TransmissionImpedance, f"transmission_{side + 1}/impedance", partial(self._on_side, side), RELIABLE
-            )
-            for side in (0, 1)
-        ]
         self._springs: list[Spring | None] = [None, None]
         self._range_ns = 0
+        self._inputs = self.listen()
         self._inputs += [
             self.create_subscription(
                 EstimatorState, f"transmission_{side + 1}/estimator_state", partial(self._on_state, side), RELIABLE
             )
             for side in (0, 1)
         ]
-        self._watch = self.create_timer(self.config.status_period, self._on_watch, clock=STEADY)
+        self._watch = self.create_timer(self.config.status_period, self._on_watch, clock=self.steady)
+
+    def listen(self) -> list[Subscription]:
+        """Subscribe to both sides; whoever calls `take` overrides this."""
+        return [
+            self.create_subscription(
+                TransmissionImpedance, f"transmission_{side + 1}/impedance", partial(self._on_side, side), RELIABLE
+            )
+            for side in (0, 1)
+        ]
 
     def stop(self) -> None:
         self.destroy_timer(self._watch)
@@ -73,10 +79,17 @@ class JointNode(SuiteNode[JointConfig]):
             )
         return level, message, values
 
+    def take(self, side: int, sample: Side) -> None:
+        """Pair one estimate of side 0 or 1, and publish where that makes a pair; nothing while inactive."""
+        with self.lock:
+            if not self.active:
+                return
+            estimate = self._fusion.add(side, sample, time.monotonic_ns())
+            if estimate is not None:
+                self._publish(estimate)
+
     def _on_side(self, side: int, message: TransmissionImpedance) -> None:
-        estimate = self._fusion.add(side, _side(message), time.monotonic_ns())
-        if estimate is not None:
-            self._publish(estimate)
+        self.take(side, side_of(message, nanoseconds(message.header.stamp)))
 
     def _on_state(self, side: int, message: EstimatorState) -> None:
         self._springs[side] = learned_spring(message) if message.k2_valid else None
@@ -90,24 +103,27 @@ class JointNode(SuiteNode[JointConfig]):
         (first, second), newest, found = self._springs, self._fusion.newest, None
         if first is not None and second is not None and newest.force_valid:
             found = reachable(-newest.motion_torque, (first, second), self._joint, self.config)
-        self._message.stiffness_range_valid = found is not None
-        if found is not None:
-            self._message.stiffness_min, self._message.stiffness_max = found.stiffness_min, found.stiffness_max
+        with self.lock:
+            self._message.stiffness_range_valid = found is not None
+            if found is not None:
+                self._message.stiffness_min, self._message.stiffness_max = found.stiffness_min, found.stiffness_max
 
     def _on_watch(self) -> None:
-        estimate = self._fusion.check(time.monotonic_ns())
-        if estimate is not None:
-            self._message.stiffness_range_valid = False
-            self._publish(estimate)
+        with self.lock:
+            estimate = self._fusion.check(time.monotonic_ns())
+            if estimate is not None:
+                self._message.stiffness_range_valid = False
+                self._publish(estimate)
 
     def _publish(self, estimate: JointEstimate) -> None:
         fill(self._message, estimate)
         self._publisher.publish(self._message)
 
 
-def _side(message: TransmissionImpedance) -> Side:
+def side_of(message: Any, stamp_ns: int) -> Side:
+    """What the fusion takes from a TransmissionImpedance, or from anything whose fields are named so."""
     return Side(
-        nanoseconds(message.header.stamp),
+        stamp_ns,
         message.force,
         message.force_variance,
         message.force_valid,
