@@ -40,11 +40,14 @@ def base_parameters() -> Layer:
 
 
 def write_parameters(path: Path, *layers: Layer) -> None:
-    """Write layers of parameters, the later over the earlier, as one parameter file for nodes in any namespace."""
+    """Write layers of parameters, the later over the earlier, as one parameter file for nodes in any namespace.
+
+    A node whose name begins with / is meant there alone.
+    """
     merged: Tree = {}
     for layer in layers:
         merged = lay_over(merged, layer)
-    tree = {f"/**/{node}": {_PARAMETERS: values} for node, values in merged.items()}
+    tree = {node if node.startswith("/") else f"/**/{node}": {_PARAMETERS: values} for node, values in merged.items()}
     path.write_text(yaml.dump(tree, Dumper=_Plain, sort_keys=False))
 
 

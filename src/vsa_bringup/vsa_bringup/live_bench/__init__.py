@@ -1,0 +1,1 @@
+"""`./vsa bench live`: the whole suite running, measured from outside."""

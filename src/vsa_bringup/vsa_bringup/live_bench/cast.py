@@ -1,0 +1,78 @@
+"""Which processes a run has, and the parameter file that they share."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from vsa_bringup.processes import executable
+from vsa_bringup.settings import Layer, base_parameters, write_parameters
+from vsa_bringup.stage import Part
+
+SEPARATE, COMPOSED, ORDINARY = MODES = ("separate", "composed", "ordinary_executor")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run: how the nodes live, how fast the rig samples, how many joints, for how long."""
+
+    mode: str
+    rate_hz: int
+    joints: int
+    duration_s: float
+
+    @property
+    def namespaces(self) -> list[str]:
+        """One for each joint."""
+        return [f"joint_{i}" for i in range(1, self.joints + 1)]
+
+
+@dataclass(frozen=True)
+class Member(Part):
+    """A node in a namespace, or a process that takes its namespaces from the parameter file."""
+
+    namespace: str = ""
+    node: str = ""
+    ordinary: bool = False
+
+    def command(self, parameters: Path) -> list[str]:
+        ros = ["--ros-args", "--params-file", str(parameters)]
+        if self.namespace:
+            ros += ["-r", f"__ns:=/{self.namespace}", "-r", f"__node:={self.node}"]
+        if self.ordinary:
+            return [sys.executable, "-m", "vsa_bringup.live_bench.ordinary", self.node, *ros]
+        return [executable(self.package, self.executable), *ros]
+
+
+def rigs(case: Case) -> list[Member]:
+    """A simulated rig for each joint."""
+    return [_member(case, "vsa_driver", "rig_simulator", "rig_simulator", space) for space in case.namespaces]
+
+
+def suite(case: Case) -> list[Member]:
+    """The processes that are measured. One driver serves all joints."""
+    if case.mode == COMPOSED:
+        return [Member("composed", "vsa_bringup", "composed")]
+    ordinary = case.mode == ORDINARY
+    members = [Member("driver", "vsa_driver", "driver", node="driver", ordinary=ordinary)]
+    for space in case.namespaces:
+        members += [
+            _member(case, "vsa_estimator", "estimator", "estimator_1", space, ordinary),
+            _member(case, "vsa_estimator", "estimator", "estimator_2", space, ordinary),
+            _member(case, "vsa_joint", "joint", "joint", space, ordinary),
+        ]
+    return members
+
+
+def _member(case: Case, package: str, executable: str, node: str, space: str, ordinary: bool = False) -> Member:
+    name = node if case.joints == 1 else f"{space}_{node}"
+    return Member(name, package, executable, namespace=space, node=node, ordinary=ordinary)
+
+
+def write_case(path: Path, case: Case, first_port: int) -> None:
+    """The parameter file: the paper's rig for every joint, each on a bus of its own."""
+    rig = {"rate_hz": case.rate_hz, "duration": case.duration_s, "autostart_clock": False}
+    layers: list[Layer] = [base_parameters(), {"rig_simulator": rig}]
+    for i, space in enumerate(case.namespaces):
+        bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={first_port + i}"]}
+        layers.append({f"/{space}/{node}": {"bus": bus} for node in ("driver", "rig_simulator")})
+    write_parameters(path, *layers)

@@ -1,0 +1,91 @@
+"""What a subscriber outside the suite hears: joint messages with their arrival, numbers of the samples, health."""
+
+import struct
+import time
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from vsa_bringup.live_bench.cast import COMPOSED, Case
+from vsa_bringup.live_bench.score import Heard
+from vsa_common.node import RELIABLE
+from vsa_common.stamps import NANOSECONDS, nanoseconds
+from vsa_msgs.msg import CaptureCounters, JointImpedance
+
+SIDES = ("transmission_1", "transmission_2")
+_STAMPS = struct.Struct("<iIiI")
+_STAMPS_AT = 20  # of transmission_stamp in a JointImpedance: encapsulation, stamp, an empty frame_id, padding
+
+
+class Observer:
+    """Listens to every joint of a case from `node`, and keeps bytes: they are read when the run is over."""
+
+    def __init__(self, node: Node, case: Case) -> None:
+        self._node = node
+        self._case = case
+        self._joints: dict[str, list[tuple[bytes, int]]] = {space: [] for space in case.namespaces}
+        self._counters: dict[str, tuple[list[bytes], ...]] = {space: ([], []) for space in case.namespaces}
+        self._counted = time.monotonic()
+        self._health: dict[str, tuple[str, dict[str, str]]] = {}
+        subscribe = node.create_subscription
+        for space in case.namespaces:
+            subscribe(JointImpedance, f"/{space}/joint_impedance", partial(self._on_joint, space), RELIABLE, raw=True)
+            for i, side in enumerate(SIDES):
+                callback = partial(self._on_counters, space, i)
+                subscribe(CaptureCounters, f"/{space}/{side}/capture_counters", callback, RELIABLE, raw=True)
+        subscribe(DiagnosticArray, "/diagnostics", self._on_health, 100)
+
+    def unconnected(self) -> list[str]:
+        """Topics of the suite that nobody writes or nobody reads yet."""
+        topics = ["joint_impedance", *(f"{side}/capture_counters" for side in SIDES)]
+        if self._case.mode != COMPOSED:
+            topics += [f"{side}/{topic}" for side in SIDES for topic in ("force", "encoder", "impedance")]
+        names = [f"/{space}/{topic}" for space in self._case.namespaces for topic in topics]
+        node = self._node
+        return [name for name in names if not (node.count_publishers(name) and node.count_subscribers(name))]
+
+    def ended(self, silence_s: float) -> bool:
+        """Whether every rig is done and no driver has said anything for so long."""
+        done = all(self._rig(space)[0] == "done" for space in self._case.namespaces)
+        return done and time.monotonic() - self._counted > silence_s
+
+    def sent(self, space: str) -> int:
+        """Samples that a rig has sent."""
+        return int(self._rig(space)[1].get("samples", 0))
+
+    def heard(self, space: str) -> Heard:
+        """Everything about one joint."""
+        joints = [(*_stamps(data), arrival_ns) for data, arrival_ns in self._joints[space]]
+        numbers = [_numbers(batches) for batches in self._counters[space]]
+        return Heard(self.sent(space), np.array(joints, np.int64).reshape(-1, 3), numbers[0], numbers[1])
+
+    def _rig(self, space: str) -> tuple[str, dict[str, str]]:
+        return self._health.get(f"/{space}/rig_simulator", ("", {}))
+
+    def _on_joint(self, space: str, data: bytes) -> None:
+        self._joints[space].append((data[_STAMPS_AT : _STAMPS_AT + _STAMPS.size], time.time_ns()))
+
+    def _on_counters(self, space: str, side: int, data: bytes) -> None:
+        self._counted = time.monotonic()
+        self._counters[space][side].append(data)
+
+    def _on_health(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._health[status.name] = (status.message, {value.key: value.value for value in status.values})
+
+
+def _stamps(data: bytes) -> tuple[int, int]:
+    first_s, first_ns, second_s, second_ns = _STAMPS.unpack(data)
+    return first_s * NANOSECONDS + first_ns, second_s * NANOSECONDS + second_ns
+
+
+def _numbers(batches: Sequence[bytes]) -> dict[int, int]:
+    """Number of each sample by its capture stamp."""
+    numbers: dict[int, int] = {}
+    for data in batches:
+        message = deserialize_message(data, CaptureCounters)
+        numbers.update(zip(map(nanoseconds, message.stamp), map(int, message.counter), strict=True))
+    return numbers

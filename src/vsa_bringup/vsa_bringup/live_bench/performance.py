@@ -1,0 +1,79 @@
+"""One run: the processes come up, the rigs run, everything is heard, the processes end."""
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+from vsa_bringup.isolation import claim_corner
+from vsa_bringup.live_bench.cast import Case, rigs, suite, write_case
+from vsa_bringup.live_bench.observer import Observer
+from vsa_bringup.live_bench.score import Score, score
+from vsa_bringup.live_bench.usage import cpu_seconds, resident_mb
+from vsa_bringup.processes import ProcessError
+from vsa_bringup.stage import READY_S, SETTLE_S, SILENCE_S, Stage
+
+WARM_UP = 0.2  # share of the run after which memory is looked at first
+DRAIN_S = 5.0  # that what is queued up may take at the end, besides half the run
+
+
+def perform(case: Case, folder: Path) -> dict[str, Any]:
+    """The figures of one run; logs and the parameter file stay in `folder`. Raises ProcessError."""
+    corner = claim_corner()
+    folder.mkdir(parents=True, exist_ok=True)
+    parameters = folder / "parameters.yaml"
+    write_case(parameters, case, corner.bus_port)
+    with Stage(corner.environment(), folder / "logs", "/bench") as stage:
+        observer = Observer(stage.node, case)
+        members, simulated = suite(case), rigs(case)
+        stage.start([*simulated, *members], parameters)
+        for space in case.namespaces:
+            nodes = ("rig_simulator", "driver", "estimator_1", "estimator_2", "joint")
+            stage.wait_until_active(*(f"/{space}/{node}" for node in nodes))
+        _until_connected(stage, observer)
+        pids = {part.name: stage.group[part.name].pid for part in [*simulated, *members]}
+        watched = pids | {"subscriber": os.getpid()}
+        for space in case.namespaces:
+            stage.request(f"/{space}/rig_simulator/start")
+        begin, used = time.monotonic(), {name: cpu_seconds(pid) for name, pid in watched.items()}
+        stage.spin(WARM_UP * case.duration_s)
+        resident = sum(resident_mb(pids[part.name]) for part in members)
+        stage.spin((1.0 - WARM_UP) * case.duration_s)
+        grown = sum(resident_mb(pids[part.name]) for part in members) - resident
+        elapsed = time.monotonic() - begin
+        cpu = {name: 100.0 * (cpu_seconds(pid) - used[name]) / elapsed for name, pid in watched.items()}
+        _drain(stage, observer, DRAIN_S + 0.5 * case.duration_s)
+        result = score([observer.heard(space) for space in case.namespaces])
+    return figures(case, result, cpu, grown)
+
+
+def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float) -> dict[str, Any]:
+    """One run as the JSON file has it."""
+    return {
+        "mode": case.mode,
+        "rate_hz": case.rate_hz,
+        "joints": case.joints,
+        "duration_s": case.duration_s,
+        "samples_sent": result.sent,
+        "samples_fused": result.fused,
+        "samples_lost": result.lost,
+        "sustained": result.sustained,
+        "latency_ms": result.latency_ms,
+        "cpu_percent": {name: round(percent, 1) for name, percent in cpu.items()},
+        "rss_growth_mb": round(grown_mb, 2),
+    }
+
+
+def _until_connected(stage: Stage, observer: Observer) -> None:
+    end = time.monotonic() + READY_S
+    while lonely := observer.unconnected():
+        if time.monotonic() > end:
+            raise ProcessError(f"nobody reads or writes {', '.join(lonely)}")
+        stage.spin(0.05)
+    stage.spin(SETTLE_S)
+
+
+def _drain(stage: Stage, observer: Observer, limit_s: float) -> None:
+    end = time.monotonic() + limit_s
+    while time.monotonic() < end and not observer.ended(SILENCE_S):
+        stage.spin(0.1)
