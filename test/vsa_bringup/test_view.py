@@ -1,27 +1,18 @@
-"""The live page: its bins and words against literal values, its server, and the page itself in a real browser."""
+"""The state behind the live page: bins, words, events and reasons against literal values; and its server."""
 
 import asyncio
 import json
 import math
-import os
-import shutil
-import signal
-import socket
-import subprocess
-import sys
-import threading
-import time
-from pathlib import Path
+from types import SimpleNamespace
 
-import paper_run
 import pytest
-import rclpy
 from aiohttp import WSMsgType, WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import JointState
 from vsa_bringup.view_core import HELD, KEPT, LATE, WIDTH_NS, Board, Delays, Stream, lost, quantity, status_word
+from vsa_bringup.view_events import Events, Tally, Turns
+from vsa_bringup.view_reason import why_no_data
 from vsa_bringup.view_server import Server
 from vsa_bringup.view_show import Show
 from vsa_bringup.view_wire import Wire
@@ -153,6 +144,13 @@ def test_a_quantity_comes_with_its_standard_deviation():
     assert quantity(2.0, 0.25, True) == {"value": 2.0, "std": 0.5, "valid": True}
 
 
+S = 10**9  # [ns]
+
+
+def complaint(level, text, name="/vsa/driver"):
+    return DiagnosticArray(status=[DiagnosticStatus(level=bytes([level]), name=name, message=text)])
+
+
 def filled_show():
     show = Show(SIDE_FIELDS, JOINT_FIELDS)
     side = show.sides["transmission_1"]
@@ -169,11 +167,13 @@ def filled_show():
     state = EstimatorState(k2=267.2, k2_variance=4.0, k2_valid=True, reset_count=1, reset_reason=4, samples_fused=100)
     state.observability = ["inertia: move faster"]
     side.take_state(state, 99 * 10**7)
-    side.take_counters(CaptureCounters(counter=[1, 2, 5]))
-    show.take_diagnostics(
-        DiagnosticArray(status=[DiagnosticStatus(level=bytes([2]), name="driver", message="bus off")])
-    )
+    side.take_counters(CaptureCounters(counter=[1, 2, 5]), S)
+    show.take_diagnostics(complaint(2, "bus off"), S, "/vsa/")
     return show
+
+
+def told(events):
+    return [f"{one['who']}: {one['text']} x{one['times']} {one['tone']}" for one in events.words()]
 
 
 def test_the_table_has_every_quantity_with_its_validity_and_every_complaint():
@@ -184,14 +184,91 @@ def test_the_table_has_every_quantity_with_its_validity_and_every_complaint():
     assert side["coefficients"]["k2"] == {"value": 267.2, "std": 2.0, "valid": True}
     assert side["coefficients"]["d2"]["valid"] is False
     assert (side["lost"], side["reset_reason"], side["observability"]) == (2, "INNOVATION", ["inertia: move faster"])
+    assert side["stamp_ns"] == "990000000"
     assert words["transmission_2"]["status"] == "WAITING"
     assert words["complaints"] == {"driver": "bus off"}
 
 
+def test_nothing_is_called_valid_that_came_too_long_ago():
+    side = filled_show().words(10.6)["transmission_1"]
+    assert side["status"] == "SILENT"
+    assert (side["stiffness"]["valid"], side["coefficients"]["k2"]["valid"]) == (False, False)
+
+
 def test_a_complaint_goes_when_the_node_is_well_again():
     show = filled_show()
-    show.take_diagnostics(DiagnosticArray(status=[DiagnosticStatus(level=bytes([0]), name="driver")]))
+    show.take_diagnostics(complaint(0, ""), 2 * S, "/vsa/")
     assert show.words(10.1)["complaints"] == {}
+    assert told(show.events)[-2:] == ["driver: bus off x1 bad", "driver: well again x1 good"]
+
+
+def test_complaints_of_another_joint_are_not_shown():
+    show = filled_show()
+    show.take_diagnostics(complaint(2, "no sample", "/left/driver"), S, "/vsa/")
+    assert show.words(10.1)["complaints"] == {"driver": "bus off"}
+
+
+def test_what_happens_to_a_transmission_is_told_with_its_time():
+    show = Show(SIDE_FIELDS, JOINT_FIELDS)
+    side = show.sides["transmission_2"]
+    for stamp_ns, status in ((1 * S, 1), (2 * S, 2), (3 * S, 4)):
+        side.take_impedance(impedance(stamp_ns, status=status), 1e-9 * stamp_ns)
+    for rejected in (5, 5, 12):
+        side.take_state(EstimatorState(force_rejected=rejected, reset_count=3), 3 * S)
+    side.take_counters(CaptureCounters(counter=[1, 2]), 3 * S)
+    side.take_counters(CaptureCounters(counter=[5, 6]), 4 * S)
+    show.watch(9.0, 9 * S)
+    assert told(show.events) == [
+        "transmission_2: WAITING → CONVERGING x1 note",
+        "transmission_2: CONVERGING → VALID x1 good",
+        "transmission_2: VALID → STALE x1 warn",
+        "transmission_2: force rejected by the gate x7 warn",
+        "transmission_2: sample lost on the bus x2 bad",
+        "transmission_2: STALE → SILENT x1 bad",
+    ]
+    assert [one["time"] for one in show.events.words()] == [1.0, 2.0, 3.0, 3.0, 4.0, 9.0]
+
+
+def test_what_repeats_at_once_is_counted_and_later_told_again():
+    events = Events()
+    turns, tally = Turns("joint", events), Tally("joint", events)
+    for k in range(10):
+        turns.turn("STALE" if k % 2 else "VALID", k * S // 10)
+    tally.count("reset", 4, S)
+    tally.count("reset", 5, 2 * S)
+    tally.count("reset", 0, 3 * S)  # the node began anew
+    tally.count("reset", 1, 8 * S)
+    assert told(events) == [
+        "joint: WAITING → VALID x1 good",
+        "joint: VALID → STALE x5 warn",
+        "joint: STALE → VALID x4 good",
+        "joint: reset x1 warn",
+        "joint: reset x1 warn",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("published", "age", "expected"),
+    [
+        (set(), math.inf, "nobody publishes below /vsa in ROS domain 7: start the nodes"),
+        ({"joint_impedance"}, math.inf, "transmission 1: nobody publishes /vsa/transmission_1/impedance"),
+        ({"joint_impedance"}, 9.0, "transmission_1/impedance; its node has ended"),
+        ({"transmission_1/impedance"}, math.inf, "nobody publishes /vsa/transmission_1/force; is the driver running?"),
+        ({"transmission_1/impedance", "transmission_1/force"}, math.inf, "/vsa/transmission_1/encoder; is the driver"),
+        (
+            {"transmission_1/impedance", "transmission_1/force", "transmission_1/encoder"},
+            12.4,
+            "no sample has come for 12 s; is the bus alive?",
+        ),
+    ],
+)
+def test_the_page_says_why_it_has_no_data(published, age, expected):
+    status = {"joint": "SILENT", "transmission_1": "WAITING"}
+    assert any(expected in line for line in why_no_data("/vsa", "7", status, dict.fromkeys(status, age), published))
+
+
+def test_there_is_no_reason_where_there_is_data():
+    assert why_no_data("/vsa", "0", {"joint": "VALID"}, {"joint": 0.1}, {"joint_impedance"}) == []
 
 
 def test_the_force_rate_of_a_ramp_comes_to_its_slope():
@@ -202,10 +279,19 @@ def test_the_force_rate_of_a_ramp_comes_to_its_slope():
     assert frame["low"][channels.index("transmission_1/force_rate")][-1] == pytest.approx(8.0, rel=1e-3)
 
 
-async def talk(server, headers=None, messages=2):
+def served(show):
+    def ear(space):
+        if space != "/vsa":
+            raise LookupError(f"no joint {space}")
+        return SimpleNamespace(show=show, words=lambda: show.words(10.1))
+
+    return Server(SimpleNamespace(space="/vsa", joints=lambda: ["/vsa"], ear=ear))
+
+
+async def talk(server, path="/ws", headers=None, messages=2):
     async with TestClient(TestServer(server.application)) as client:
         page = await client.get("/")
-        async with client.ws_connect("/ws", headers=headers or {}) as socket:
+        async with client.ws_connect(path, headers=headers or {}) as socket:
             found = [await socket.receive() for _ in range(messages)]
         missing = await client.get("/view.py")
         return await page.text(), [json.loads(one.data) for one in found if one.type is WSMsgType.TEXT], missing.status
@@ -213,184 +299,22 @@ async def talk(server, headers=None, messages=2):
 
 def test_a_new_page_is_told_the_channels_and_then_all_that_is_kept():
     show = filled_show()
-    page, (hello, frame), missing = asyncio.run(talk(Server(show.board, lambda: show.words(10.1), "/vsa")))
+    page, (hello, frame), missing = asyncio.run(talk(served(show)))
     assert "view.js" in page
     assert hello["hello"] == "/vsa"
     assert hello["channels"] == show.board.channels
     assert len(frame["low"]) == len(hello["channels"])
     assert frame["end"] - frame["begin"] == len(frame["low"][0])
     assert frame["words"]["transmission_1"]["status"] == "VALID"
+    assert frame["words"]["joints"] == ["/vsa"]
     assert missing == 404
 
 
 def test_a_page_of_another_site_may_not_look_in():
-    show = filled_show()
     with pytest.raises(WSServerHandshakeError, match="403"):
-        asyncio.run(talk(Server(show.board, dict, "/vsa"), headers={"Origin": "http://elsewhere.example"}))
+        asyncio.run(talk(served(filled_show()), headers={"Origin": "http://elsewhere.example"}))
 
 
-# In a real browser.
-
-CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-background-networking --disable-component-update --disable-sync "
-    "--no-first-run --window-size=1200,1000"
-)
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
-
-
-class Rig:
-    """Publishes the paper's joint, at 100 Hz, until it is told to stop."""
-
-    def __init__(self):
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
-        self.node = rclpy.create_node("rig", namespace="/vsa", context=self.context)
-        self.done, self.silent = threading.Event(), threading.Event()
-        self.thread = threading.Thread(target=self.run, daemon=True)
-        self.thread.start()
-
-    def run(self):
-        kinds = {"impedance": TransmissionImpedance, "estimator_state": EstimatorState, "encoder": JointState}
-        publishers = {
-            (side, leaf): self.node.create_publisher(kind, f"transmission_{side}/{leaf}", 100)
-            for side in (1, 2)
-            for leaf, kind in kinds.items()
-        }
-        joints = self.node.create_publisher(JointImpedance, "joint_impedance", 100)
-        while not self.done.wait(0.01):
-            if self.silent.is_set():
-                continue
-            now = time.time_ns()
-            for (side, leaf), publisher in publishers.items():
-                publisher.publish(self.message(side, kinds[leaf], now))
-            joint = JointImpedance(stiffness=0.75, stiffness_variance=1e-4, stiffness_valid=True, status=2)
-            set_stamp(joint.header.stamp, now)
-            joints.publish(joint)
-
-    def message(self, side, kind, now):
-        offset, _, k2, *_ = paper_run.LAWS[side]
-        values = {
-            TransmissionImpedance: {"force": 30.0, "stiffness": 2345.0, "stiffness_valid": True, "status": 2},
-            EstimatorState: {"k2": k2, "k2_valid": True, "force_offset": offset, "reason": f"reason {side}"},
-            JointState: {"position": [0.008]},
-        }[kind]
-        message = kind(**values)
-        set_stamp(message.header.stamp, now)
-        return message
-
-    def close(self):
-        self.done.set()
-        self.thread.join()
-        self.node.destroy_node()
-        rclpy.shutdown(context=self.context)
-
-
-@pytest.fixture(scope="module")
-def isolated():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        yield
-
-
-def start_view(port):
-    command = [sys.executable, "-m", "vsa_bringup.view", "--port", str(port)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert f"http://127.0.0.1:{port}/" in process.stdout.readline()
-    return process
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not (CHROMIUM and CHROMEDRIVER):
-        pytest.skip("needs chromium and chromedriver (Debian: apt install chromium chromium-driver)")
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for flag in FLAGS.split():
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
-    yield driver
-    driver.quit()
-
-
-def eventually(browser, script, wanted, seconds=30):
-    from selenium.webdriver.support.ui import WebDriverWait
-
-    WebDriverWait(browser, seconds, 0.1).until(lambda one: one.execute_script(f"return {script}") == wanted, script)
-
-
-def text_of(name):
-    return f"document.querySelector('{name}')?.textContent"
-
-
-def test_the_page_shows_the_joint_live_notices_silence_and_reconnects(isolated, browser):
-    port = free_port()
-    process, rig = start_view(port), Rig()
-    try:
-        browser.get(f"http://127.0.0.1:{port}/")
-        for chip in ("status_transmission_1", "status_transmission_2", "status_joint"):
-            eventually(browser, text_of(f"#{chip} b"), "VALID")
-        eventually(browser, text_of("#row_k2 td:nth-child(2)"), "0.2672 ± 0")
-        eventually(browser, text_of("#row_stiffness td:nth-child(3)"), "2.345 ± 0")
-        assert browser.execute_script(f"return {text_of('#numbers b')}") == "0.75"
-        assert "transmission 2: reason 2" in browser.execute_script(f"return {text_of('#remarks')}")
-        eventually(browser, "Number(document.body.dataset.bins) > 50", True)
-        inked = """[...document.querySelectorAll('.plot canvas')].slice(0, 1).every(c =>
-            c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"""
-        assert browser.execute_script(f"return {inked}")
-        rig.silent.set()
-        eventually(browser, text_of("#status_joint b"), "SILENT")
-        rig.silent.clear()
-        eventually(browser, text_of("#status_joint b"), "VALID")
-        assert [one for one in browser.get_log("browser") if one["level"] == "SEVERE"] == []
-        process.send_signal(signal.SIGINT)
-        assert process.wait(10) == 0
-        eventually(browser, "document.querySelector('#link').dataset.word", "LOST")
-        process = start_view(port)
-        eventually(browser, "document.querySelector('#link').dataset.word", "LIVE")
-        eventually(browser, text_of("#status_joint b"), "VALID")
-    finally:
-        rig.close()
-        process.kill()
-        process.wait()
-
-
-def test_nothing_on_a_narrow_page_sticks_out(isolated, browser):
-    port = free_port()
-    process = start_view(port)
-    try:
-        size = {"width": 400, "height": 800, "deviceScaleFactor": 1, "mobile": True}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        browser.get(f"http://127.0.0.1:{port}/")
-        eventually(browser, "document.querySelector('#link').dataset.word", "LIVE")
-        assert browser.execute_script("return document.documentElement.scrollWidth") <= 400
-    finally:
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-        process.kill()
-        process.wait()
-
-
-def test_a_port_that_is_taken_is_one_line(isolated):
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        command = [sys.executable, "-m", "vsa_bringup.view", "--port", str(taken.getsockname()[1])]
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
-    assert ended.returncode == 1
-    assert ended.stderr.count("\n") == 1
-    assert "in use" in ended.stderr
-
-
-def test_the_vendored_library_lies_beside_its_licence():
-    static = Path(sys.modules["vsa_bringup"].__file__).parent / "static"
-    assert "MIT" in (static / "uPlot.LICENSE.txt").read_text()
-    assert "uPlot" in (static / "uPlot.iife.min.js").read_text()[:200]
+def test_a_joint_that_is_not_there_is_refused():
+    with pytest.raises(WSServerHandshakeError, match="404"):
+        asyncio.run(talk(served(filled_show()), path="/ws?joint=/left"))

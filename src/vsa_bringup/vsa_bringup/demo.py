@@ -64,7 +64,8 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
     clear(folder)
     corner = claim_corner()
     parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
-    parts = [*PARTS, *scenario.parts(), *([_view()] if options.view else [])]
+    page = free_port(VIEW_PORT) if options.view else 0
+    parts = [*PARTS, *scenario.parts(), *([_view(page)] if page else [])]
     waiting = [part.name for part in parts if part.name not in ("driver", "view")]
     with contextlib.ExitStack() as ends:
         with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
@@ -72,6 +73,9 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
             stage.wait_until_active(*waiting)
             stage.activate("driver")  # last, so that nothing it says is missed
             stage.wait_until_connected()
+            if page:
+                stage.wait_until_open(page)
+                print(f"live page: http://127.0.0.1:{page}/", flush=True)
             stage.request("rig_simulator/start")
             scenario.begin(stage.node)
             _watch(stage, options.duration, bar)
@@ -128,15 +132,17 @@ def clear(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def _view() -> Part:
-    """The live page, on its usual port if that is free; says where."""
+def free_port(wanted: int) -> int:
+    """TCP port `wanted` of this machine if nobody has it, else any other."""
     with socket.socket() as probe:
         try:
-            probe.bind(("127.0.0.1", VIEW_PORT))
+            probe.bind(("127.0.0.1", wanted))
         except OSError:
             probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    print(f"live page: http://127.0.0.1:{port}/", flush=True)
+        return int(probe.getsockname()[1])
+
+
+def _view(port: int) -> Part:
     return Part("view", "vsa_bringup", "view", ("--port", str(port)), nice=10)
 
 

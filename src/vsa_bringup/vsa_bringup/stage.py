@@ -1,6 +1,7 @@
 """A whole suite on stage: every node a process of its own, brought up, started together, taken down in order."""
 
 import os
+import socket
 import struct
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -106,6 +107,15 @@ class Stage:
 
         self._until(lambda: not lonely(), lambda: f"nobody reads or writes {', '.join(lonely())}")
         self.spin(SETTLE_S)
+
+    def wait_until_open(self, port: int) -> None:
+        """Return when a process listens on this TCP port."""
+
+        def is_open() -> bool:
+            with socket.socket() as probe:
+                return probe.connect_ex(("127.0.0.1", port)) == 0
+
+        self._until(is_open, lambda: f"nobody listens on port {port}")
 
     def request(self, service: str) -> None:
         """Call a Trigger service, `rig_simulator/start`. Raises ProcessError where it fails."""

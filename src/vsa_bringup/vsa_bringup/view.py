@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
-from vsa_bringup.view_node import Ear
+from vsa_bringup.view_node import Ears
 from vsa_bringup.view_server import Server, serve
 
 POLL = 0.02  # seconds between two looks at what has arrived
@@ -21,27 +21,26 @@ def main(args: Sequence[str] | None = None) -> int:
     given = list(sys.argv if args is None else ["view", *args])
     options = _parser().parse_args(remove_ros_args(given)[1:])
     rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
-    ear = Ear(options.namespace)
+    ears = Ears(options.namespace)
     try:
-        asyncio.run(_run(ear, options.host, options.port))
+        asyncio.run(_run(ears, options.host, options.port))
     except (OSError, OverflowError) as error:
         print(f"view: {options.host}:{options.port}: {' '.join(str(error).split())}", file=sys.stderr)
         return 1
     finally:
-        ear.close()
+        ears.close()
         rclpy.try_shutdown()
     return 0
 
 
-async def _run(ear: Ear, host: str, port: int) -> None:
-    server = Server(ear.show.board, ear.words, ear.namespace)
-    task = asyncio.ensure_future(serve(server, host, port, ear.poll, POLL))
+async def _run(ears: Ears, host: str, port: int) -> None:
+    task = asyncio.ensure_future(serve(Server(ears), host, port, ears.poll, POLL))
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, task.cancel)
     await asyncio.sleep(0.2)  # a port that is taken shows by now
     if not task.done():
         shown = f"[{host}]" if ":" in host else host
-        print(f"live page of {ear.namespace}: http://{shown}:{port}/  (Ctrl-C ends it)", flush=True)
+        print(f"live page of {ears.space or '/'}: http://{shown}:{port}/  (Ctrl-C ends it)", flush=True)
     with contextlib.suppress(asyncio.CancelledError):
         await task
 

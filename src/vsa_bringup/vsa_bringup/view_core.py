@@ -131,9 +131,9 @@ def status_word(status: float | None, age: float) -> str:
         return "UNKNOWN"
 
 
-def quantity(value: float, variance: float, valid: bool) -> dict[str, Any]:
-    """An estimate as the page's table shows it; `std` of the same unit."""
-    return {"value": _short(value), "std": _short(math.sqrt(max(variance, 0.0))), "valid": bool(valid)}
+def quantity(value: float, variance: float, valid: float, fresh: bool = True) -> dict[str, Any]:
+    """An estimate as the page's table shows it, `std` in its unit; what is not fresh is not valid either."""
+    return {"value": _short(value), "std": _short(math.sqrt(max(variance, 0.0))), "valid": bool(valid) and fresh}
 
 
 def lost(counters: Iterable[int], before: tuple[int, int] | None) -> tuple[int, int]:

@@ -4,11 +4,12 @@ import asyncio
 import json
 from collections.abc import Callable
 from importlib.resources import files
-from typing import Any
+from typing import Any, Protocol
 from urllib.parse import urlsplit
 
 from aiohttp import WSMsgType, web
 from vsa_bringup.view_core import WIDTH_NS, Board
+from vsa_bringup.view_show import Show
 
 FRAMES = 12.0  # a second, to each page
 WORDS = 3  # every so many frames the table comes along
@@ -16,11 +17,34 @@ _TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".
 _POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:; img-src 'self' data:"
 
 
-class Server:
-    """A page, its files, and a WebSocket on which every page gets its own pace."""
+class Source(Protocol):
+    """What a page shows of one joint."""
 
-    def __init__(self, board: Board, words: Callable[[], dict[str, Any]], title: str) -> None:
-        self._board, self._words, self._title = board, words, title
+    @property
+    def show(self) -> Show:
+        """The curves."""
+
+    def words(self) -> dict[str, Any]:
+        """The table, now."""
+
+
+class Joints(Protocol):
+    """All joints that a page can choose from."""
+
+    space: str  # the one that a page shows first
+
+    def joints(self) -> list[str]:
+        """Their namespaces."""
+
+    def ear(self, space: str) -> Source:
+        """One of them. Raises LookupError for one that is not there."""
+
+
+class Server:
+    """A page, its files, and a WebSocket on which every page gets its own joint at its own pace."""
+
+    def __init__(self, joints: Joints) -> None:
+        self._joints = joints
         self.application = web.Application()
         self.application.add_routes([web.get("/ws", self._talk), web.get("/{name:[A-Za-z.]*}", _file)])
 
@@ -28,9 +52,14 @@ class Server:
         origin = request.headers.get("Origin")
         if origin and urlsplit(origin).netloc != request.host:
             raise web.HTTPForbidden(text="pages of other sites may not look in")
+        space = request.query.get("joint", self._joints.space)
+        try:
+            source = self._joints.ear(space)
+        except LookupError as error:
+            raise web.HTTPNotFound(text=f"{error}\n") from error
         socket = web.WebSocketResponse(heartbeat=5.0, compress=False)
         await socket.prepare(request)
-        sender = asyncio.ensure_future(self._send(socket))
+        sender = asyncio.ensure_future(self._send(socket, space, source))
         try:
             async for message in socket:
                 if message.type is WSMsgType.ERROR:
@@ -39,22 +68,22 @@ class Server:
             sender.cancel()
         return socket
 
-    async def _send(self, socket: web.WebSocketResponse) -> None:
+    async def _send(self, socket: web.WebSocketResponse, space: str, source: Source) -> None:
         """Hello, then what is new since the last frame, until the page goes away."""
+        board: Board = source.show.board
         try:
-            await socket.send_str(
-                json.dumps({"hello": self._title, "channels": self._board.channels, "width": 1e-9 * WIDTH_NS})
-            )
-            begin, era, count = 0, self._board.era, 0
+            hello = {"hello": space, "channels": board.channels, "width": 1e-9 * WIDTH_NS}
+            await socket.send_str(json.dumps(hello))
+            begin, era, count = 0, board.era, 0
             while not socket.closed:
                 frame: dict[str, Any] = {}
-                if self._board.era != era:
-                    begin, era = 0, self._board.era
-                if self._board.end > begin:
-                    frame = self._board.frame(begin)
+                if board.era != era:
+                    begin, era = 0, board.era
+                if board.end > begin:
+                    frame = board.frame(begin)
                     begin = frame["end"]
                 if count % WORDS == 0:
-                    frame["words"] = self._words()
+                    frame["words"] = source.words() | {"joints": self._joints.joints()}
                 if frame:
                     await socket.send_str(json.dumps(frame, separators=(",", ":")))
                 count += 1

@@ -2,38 +2,36 @@
 const HEIGHT = 190;
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const pale = (color, share) => `color-mix(in srgb, ${color} ${share}%, transparent)`;
+export const axis = { zoom: () => {}, whole: () => {} }; // what dragging and double clicking do
 
-// title, unit, factor from SI, and what to draw: [channel, colour, standard deviation's channel, wide line below]
-const both = (name, spread = true) => ["one", "two"].map((color, i) => {
-  const channel = `transmission_${i + 1}/${name}`;
-  return { channel, color, std: spread ? `${channel}_std` : null, log: name === "stiffness" };
+// title, unit, factor from SI, and what to draw; `spread`: with an interval, `checked`: with a validity
+const both = (name, { spread = true, checked = true, wide = false, at = name } = {}) => ["one", "two"].map((color, i) => {
+  const channel = `transmission_${i + 1}/${at}`;
+  return { channel, color, wide, std: spread && `${channel}_std`, valid: checked && `${channel}_valid`, log: name === "stiffness" };
 });
-const joint = (name) => [{ channel: `joint/${name}`, color: "joint", std: `joint/${name}_std` }];
+const joint = (name) => [{ channel: `joint/${name}`, color: "joint", std: `joint/${name}_std`, valid: `joint/${name}_valid`, log: name === "stiffness" }];
+const bare = { spread: false, checked: false };
 export const PANELS = [
-  ["force", "N", 1, both("force", false)],
-  ["force rate", "N/s", 1, both("force_rate", false)],
-  ["position: measured (wide) and estimated", "mm", 1e3, [
-    ...["one", "two"].map((color, i) => ({ channel: `transmission_${i + 1}/encoder/position`, color, wide: true })),
-    ...both("deflection", false)]],
-  ["position residual", "µm", 1e6, ["one", "two"].map((color, i) => ({ channel: `transmission_${i + 1}/state/deflection_innovation`, color }))],
-  ["velocity", "mm/s", 1e3, both("velocity")],
-  ["acceleration", "mm/s²", 1e3, both("acceleration")],
-  ["stiffness", "N/mm", 1e-3, both("stiffness")],
-  ["damping", "N s/mm", 1e-3, both("damping")],
-  ["mass", "kg", 1, both("inertia")],
   ["joint stiffness K", "N m/rad", 1, joint("stiffness")],
   ["joint damping D", "N m s/rad", 1, joint("damping")],
   ["joint inertia J", "g m²", 1e3, joint("inertia")],
+  ["stiffness", "N/mm", 1e-3, both("stiffness")],
+  ["damping", "N s/mm", 1e-3, both("damping")],
+  ["mass", "kg", 1, both("inertia")],
+  ["force", "N", 1, both("force", { spread: false })],
+  ["force rate", "N/s", 1, both("force_rate", bare)],
+  ["position: measured (wide) and estimated", "mm", 1e3, [...both("position", { ...bare, wide: true, at: "encoder/position" }), ...both("deflection", { spread: false })]],
+  ["position residual", "µm", 1e6, both("residual", { ...bare, at: "state/deflection_innovation" })],
+  ["velocity", "mm/s", 1e3, both("velocity")],
+  ["acceleration", "mm/s²", 1e3, both("acceleration")],
 ];
 export const LAWS = [
   ["stiffness against position", "N/mm", "mm", "deflection", "stiffness"],
   ["damping against velocity", "N s/mm", "mm/s", "velocity", "damping"],
 ];
 
-function card(parent, title, unit) {
-  const section = document.createElement("section");
-  section.className = "card plot";
-  section.innerHTML = "<h2></h2><div></div>";
+function card(parent, title, unit, kind = "") {
+  const section = Object.assign(document.createElement("section"), { className: `card plot ${kind}`, innerHTML: "<h2></h2><div></div>" });
   section.firstChild.textContent = title;
   section.firstChild.append(Object.assign(document.createElement("span"), { textContent: unit }));
   parent.append(section);
@@ -47,62 +45,81 @@ class Shown { // draws only what is on the screen
   }
 }
 
+const bounds = (value, std, log) => (log && value > 0 ? [value * Math.exp(-1.96 * std / value), value * Math.exp(1.96 * std / value)]
+  : [value - 1.96 * std, value + 1.96 * std]);
+
 export class Curves extends Shown {
   constructor(parent, [title, unit, factor, lines]) {
     const box = card(parent, title, unit);
     super(box);
-    Object.assign(this, { box, factor, lines });
+    Object.assign(this, { box, factor, lines, unit, readout: box.parentElement.querySelector("span") });
     this.build();
     new ResizeObserver(() => this.plot.setSize({ width: box.clientWidth, height: HEIGHT })).observe(box);
   }
 
   build() {
     const series = [{}], bands = [];
-    for (const line of this.lines) {
-      const color = css(`--${line.color}`), at = series.length;
+    for (const line of this.lines) { // of each line: least, greatest, what is not valid, interval
+      const color = css(`--${line.color}`), at = series.length, none = { stroke: "transparent", width: 0, points: { show: false } };
       const thin = { stroke: line.wide ? pale(color, 35) : color, width: line.wide ? 4 : 1.3, points: { show: false } };
-      series.push(thin, { ...thin });
-      bands.push({ series: [at + 1, at], fill: thin.stroke });
-      if (line.std) {
-        const none = { stroke: "transparent", width: 0, points: { show: false } };
-        series.push(none, { ...none });
-        bands.push({ series: [at + 3, at + 2], fill: pale(color, 20) });
-      }
+      series.push(thin, { ...thin }, { ...thin, stroke: pale(color, 35), width: 1 }, none, { ...none });
+      bands.push({ series: [at + 1, at], fill: thin.stroke }, { series: [at + 4, at + 3], fill: pale(color, 22) });
     }
-    const axis = { stroke: css("--soft"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui" };
+    const look = { stroke: css("--soft"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui" };
+    const minus = (values) => values.map((value) => (value == null ? null : String(+value.toPrecision(6)).replace("-", "−")));
     this.plot?.destroy();
     this.plot = new uPlot({
-      width: this.box.clientWidth || 360, height: HEIGHT, series, bands, cursor: { show: false }, legend: { show: false },
+      width: this.box.clientWidth || 360, height: HEIGHT, series, bands, legend: { show: false },
+      cursor: { y: false, points: { show: false }, sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, bind: { dblclick: () => () => axis.whole() } },
+      hooks: { setSelect: [(plot) => this.selected(plot)], setCursor: [(plot) => this.read(plot.cursor.idx)] },
       scales: { x: { time: false }, y: { range: (_, low, high) => this.range ?? [low, high] } },
-      axes: [{ ...axis, size: 26 }, { ...axis, size: 48 }],
+      axes: [{ ...look, size: 26, values: (_, values) => minus(values).map((text) => `${text} s`) }, { ...look, size: 48, values: (_, values) => minus(values) }],
     }, [[]], this.box);
   }
 
-  draw(time, columns, from) {
+  selected(plot) {
+    const { left, width } = plot.select;
+    if (width < 8) return;
+    axis.zoom(plot.posToVal(left, "x"), plot.posToVal(left + width, "x"));
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+  }
+
+  read(index) {
+    const { data } = this.plot ?? {};
+    if (index == null || data?.[0]?.[index] == null) { this.readout.textContent = this.unit; return; }
+    const values = this.lines.map((_, i) => data[5 * i + 1][index] ?? data[5 * i + 3][index]).filter((value) => value != null);
+    this.readout.textContent = `${data[0][index].toFixed(2)} s: ${values.map((value) => +value.toPrecision(4)).join(", ")} ${this.unit}`.replaceAll("-", "−");
+  }
+
+  draw(time, columns, from, to) {
     if (!this.visible) return;
-    const data = [time];
-    let lowest = Infinity, highest = -Infinity;
+    const data = [time], count = time.length, sure = [Infinity, -Infinity], all = [Infinity, -Infinity], { factor } = this;
+    const grow = (range, low, high) => { range[0] = Math.min(range[0], low); range[1] = Math.max(range[1], high); };
     for (const line of this.lines) {
-      const found = columns.get(line.channel), spread = line.std && columns.get(line.std);
-      if (!found) { data.push(...Array(line.std ? 4 : 2).fill(time.map(() => null))); continue; }
-      const low = found.low.slice(from), high = found.high.slice(from), scale = (v) => (v == null ? null : v * this.factor);
-      data.push(low.map(scale), high.map(scale));
-      for (let i = 0; i < low.length; i++) if (low[i] != null) { lowest = Math.min(lowest, low[i]); highest = Math.max(highest, high[i]); }
-      if (line.std) {
-        const std = spread.high.slice(from);
-        const below = (v, s) => (line.log ? v * Math.exp(-2 * s / v) : v - 2 * s), above = (v, s) => (line.log ? v * Math.exp(2 * s / v) : v + 2 * s);
-        data.push(low.map((v, i) => (v == null ? null : scale(below(v, std[i])))), high.map((v, i) => (v == null ? null : scale(above(v, std[i])))));
+      const found = columns.get(line.channel), std = line.std && columns.get(line.std).high, valid = line.valid && columns.get(line.valid).low;
+      const [low, high, other, below, above] = Array.from({ length: 5 }, () => new Array(count).fill(null));
+      for (let i = 0, k = from; k < to; i++, k++) {
+        const least = found?.low[k], most = found?.high[k];
+        if (least == null) continue;
+        grow(all, least, most);
+        if (valid && !valid[k]) { other[i] = 0.5 * (least + most) * factor; continue; }
+        grow(sure, least, most);
+        low[i] = least * factor; high[i] = most * factor;
+        if (std) { below[i] = bounds(least, std[k], line.log)[0] * factor; above[i] = bounds(most, std[k], line.log)[1] * factor; }
       }
+      data.push(low, high, other, below, above);
     }
-    const room = 0.12 * (highest - lowest) || 0.1 * Math.abs(highest) || 1;
-    this.range = lowest <= highest ? [(lowest - room) * this.factor, (highest + room) * this.factor] : [0, 1];
+    const [low, high] = sure[0] <= sure[1] ? sure : all, room = 0.12 * (high - low) || 0.1 * Math.abs(high) || 1;
+    this.range = low <= high ? [(low - room) * factor, (high + room) * factor] : [0, 1];
     this.plot.setData(data);
   }
 }
 
+const step = (span) => { const rough = span / 6, power = 10 ** Math.floor(Math.log10(rough)); return power * [1, 2, 5, 10].find((one) => one * power >= rough); };
+
 export class Law extends Shown {
   constructor(parent, [title, unit, unitAcross, across, up]) {
-    const box = card(parent, title, `${unit} over ${unitAcross}`);
+    const box = card(parent, title, `${unit} over ${unitAcross}`, "law");
     const canvas = Object.assign(document.createElement("canvas"), { className: "flat" });
     box.append(canvas);
     super(canvas);
@@ -111,36 +128,34 @@ export class Law extends Shown {
 
   build() {}
 
-  draw(time, columns, from) {
+  draw(time, columns, from, to) {
     if (!this.visible) return;
-    const { canvas } = this, ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = HEIGHT;
+    const { canvas } = this, ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
     canvas.width = width * ratio; canvas.height = height * ratio;
     const pen = canvas.getContext("2d");
     pen.scale(ratio, ratio);
-    const sides = [1, 2].map((i) => this.points(columns, `transmission_${i}`, from));
-    const all = sides.flat();
+    const sides = [1, 2].map((i) => this.points(columns, `transmission_${i}`, from, to)), all = sides.flat();
     if (!all.length) return;
     const [x0, x1] = extent(all, 0), [y0, y1] = extent(all, 1), left = 48, bottom = height - 26;
-    const place = ([x, y]) => [left + (x - x0) / (x1 - x0) * (width - left - 12), bottom - (y - y0) / (y1 - y0) * (bottom - 10)];
+    const across = (x) => left + (x - x0) / (x1 - x0) * (width - left - 12), up = (y) => bottom - (y - y0) / (y1 - y0) * (bottom - 10);
     pen.font = "11px system-ui"; pen.fillStyle = css("--soft"); pen.strokeStyle = css("--grid");
-    for (let i = 0; i <= 4; i++) {
-      const x = x0 + i / 4 * (x1 - x0), y = y0 + i / 4 * (y1 - y0), [px, py] = place([x, y]);
-      pen.beginPath(); pen.moveTo(px, 10); pen.lineTo(px, bottom); pen.moveTo(left, py); pen.lineTo(width - 12, py); pen.stroke();
-      pen.textAlign = "center"; pen.fillText(+x.toPrecision(2), px, height - 8);
-      pen.textAlign = "right"; pen.fillText(+y.toPrecision(2), left - 6, py + 4);
-    }
+    const line = (...ends) => { pen.beginPath(); pen.moveTo(ends[0], ends[1]); pen.lineTo(ends[2], ends[3]); pen.stroke(); };
+    const label = (value, x, y) => pen.fillText(String(+value.toPrecision(6)).replace("-", "−"), x, y);
+    pen.textAlign = "center";
+    for (let s = step(x1 - x0), x = Math.ceil(x0 / s) * s; x <= x1; x += s) { line(across(x), 10, across(x), bottom); label(x, across(x), height - 8); }
+    pen.textAlign = "right";
+    for (let s = step(y1 - y0), y = Math.ceil(y0 / s) * s; y <= y1; y += s) { line(left, up(y), width - 12, up(y)); label(y, left - 6, up(y) + 4); }
     sides.forEach((points, i) => {
       pen.fillStyle = css(i ? "--two" : "--one");
-      for (const point of points) { const [x, y] = place(point); pen.fillRect(x - 1, y - 1, 2.2, 2.2); }
+      for (const [x, y] of points) pen.fillRect(across(x) - 1, up(y) - 1, 2.2, 2.2);
     });
   }
 
-  points(columns, side, from) {
-    const x = columns.get(`${side}/${this.across}`), y = columns.get(`${side}/${this.up}`);
-    if (!x || !y) return [];
+  points(columns, side, from, to) {
+    const x = columns.get(`${side}/${this.across}`), y = columns.get(`${side}/${this.up}`), valid = columns.get(`${side}/${this.up}_valid`);
     const found = [];
-    for (let i = from; i < x.low.length; i++) {
-      if (x.low[i] != null && y.low[i] != null) found.push([500 * (x.low[i] + x.high[i]), 5e-4 * (y.low[i] + y.high[i])]);
+    for (let i = from; x && i < to; i++) {
+      if (x.low[i] != null && y.low[i] != null && valid.low[i]) found.push([500 * (x.low[i] + x.high[i]), 5e-4 * (y.low[i] + y.high[i])]);
     }
     return found;
   }
