@@ -131,7 +131,7 @@ def status_word(status: float | None, age: float) -> str:
         return "UNKNOWN"
 
 
-def quantity(value: float, variance: float, valid: float, fresh: bool = True) -> dict[str, Any]:
+def quantity(value: float, variance: float, valid: float, *, fresh: bool = True) -> dict[str, Any]:
     """An estimate as the page's table shows it, `std` in its unit; what is not fresh is not valid either."""
     return {"value": _short(value), "std": _short(math.sqrt(max(variance, 0.0))), "valid": bool(valid) and fresh}
 

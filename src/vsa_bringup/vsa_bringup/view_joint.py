@@ -64,5 +64,5 @@ class JointShow:
         if values[at["stiffness_range_valid"]]:
             found["range"] = [values[at["stiffness_min"]], values[at["stiffness_max"]]]
         for name in _QUANTITIES:
-            found[name] = quantity(*values[at[name] :][:3], now - self.seen <= SILENT)
+            found[name] = quantity(*values[at[name] :][:3], fresh=now - self.seen <= SILENT)
         return found

@@ -84,7 +84,7 @@ class SideShow:
         fresh = now - self.seen <= SILENT
         if self._values:
             found["stamp_ns"] = str(self._stamp_ns)  # as text: a browser's numbers do not hold it
-            found |= {name: quantity(*self._values[self._at[name] :][:3], fresh) for name in _QUANTITIES}
+            found |= {name: quantity(*self._values[self._at[name] :][:3], fresh=fresh) for name in _QUANTITIES}
         if self._state is not None:
             found |= self._state_words(fresh)
         if self._counters is not None:
@@ -95,7 +95,7 @@ class SideShow:
         state = self._state
         return {
             "coefficients": {
-                name: quantity(*(getattr(state, name + end) for end in ("", "_variance", "_valid")), fresh)
+                name: quantity(*(getattr(state, name + end) for end in ("", "_variance", "_valid")), fresh=fresh)
                 for name in _COEFFICIENTS
             },
             "reason": state.reason,
