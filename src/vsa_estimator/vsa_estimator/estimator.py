@@ -17,6 +17,7 @@ from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, judge
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
+from vsa_estimator.trust import CONTRADICTION, SILENCE, Trust
 from vsa_estimator.values import Estimate, Reset, State, Status
 
 IMPLAUSIBLE = 10.0  # multiple of a sensor's limit that is no measurement
@@ -25,7 +26,8 @@ NOISE_MEMORY = 9.0  # [s]
 BRIDGED = 0.25  # silence up to this long is predicted across [s]
 COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
-RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
+JUMPED = 0.06  # deflections rejected for this long, all by the same, are an encoder that jumped [s]
+RELOCATE = 0.2  # any others are taken for the truth after this long [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
 
@@ -92,7 +94,7 @@ class Estimator:
             stiffness_valid, damping_valid = estimate.stiffness_valid, estimate.damping_valid
         z, p = tracker.z.tolist(), tracker.p
         variance = np.diag(p).tolist()
-        complaints = self._health.complaints(self._stamp_ns)
+        complaints = self._complaints(self._stamp_ns)
         lines = explain(tracker, known, stiffness_valid, damping_valid)
         reason = "; ".join(complaints) or ("" if stiffness_valid else lines[0])
         if status is Status.INITIALIZING:
@@ -127,6 +129,9 @@ class Estimator:
         self._spikes = SpikeGate(config.force_noise_std)
         self._tracker = Tracker(config.initial, rate)
         self._learner = Learner(config.initial, rate)
+        self._trust = Trust(rate)
+        self._rejected: list[tuple[float, float]] = []
+        self._accepted_force = 0.0
         self._known = Known(*[False] * 7)
         self._estimate = None
         self._started = False
@@ -145,7 +150,7 @@ class Estimator:
         """One step of the filter at a block's mean stamp."""
         tracker = self._tracker
         dt = (block.stamp_ns - self._step_ns) * 1e-9
-        deflection_variance = self._deflection_noise.std**2 / block.samples
+        deflection_variance = (self._health.deflection_noise * self._deflection_noise.std) ** 2 / block.samples
         if dt > BRIDGED:
             self._resume(block, dt, deflection_variance)
         elif dt > 0.0:
@@ -153,15 +158,26 @@ class Estimator:
         self._step_ns = block.stamp_ns
         if not tracker.correct_deflection(block.deflection, deflection_variance):
             self._deflection_rejected += 1
-            if block.stamp_ns - self._accepted_ns > RELOCATE * 1e9:
+            self._rejected.append((block.deflection - float(tracker.z[0]), block.force if block.forces else math.nan))
+            patience = JUMPED if self._rejected_alike() else RELOCATE
+            if block.stamp_ns - self._accepted_ns > patience * 1e9:
                 self._relocate(block, deflection_variance)
             return
         self._accepted_ns = block.stamp_ns
+        self._rejected.clear()
+        if block.forces:
+            self._accepted_force = block.force
         self._deflection_noise.add(block.deflection, block.samples)
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
-        if tracker.knows and self._jerk.startled(tracker.deflection_nis):
+        reset = self._trust.weigh(tracker, block.stamp_ns * 1e-9, block, self._health.blind)
+        if reset is not Reset.NONE:
+            self._count_reset(reset)
+            if not tracker.knows:
+                self._start_over(block.force if block.forces else self._force)
+        startled = tracker.knows and self._jerk.startled(tracker.deflection_nis)
+        if startled or self._trust.reason:
             self._force_noise.interrupt()
         elif block.forces:
             self._take_force(block, dt, deflection_variance)
@@ -181,14 +197,18 @@ class Estimator:
             self._learner.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
         if not tracker.knows:
             return
-        force_variance = self._force_noise.std**2 / block.forces
+        force_variance = (self._health.force_noise * self._force_noise.std) ** 2 / block.forces
         if not tracker.correct_force(block.force, force_variance, deflection_variance, dt):
             self._force_rejected += 1
-        if tracker.suspicious:
-            self._learner.clear()
-            tracker.forget(block.force)
-            self._has_fit = False
+        if tracker.suspicious and not self._trust.doubt(tracker, CONTRADICTION):
+            self._start_over(block.force)
             self._count_reset(Reset.INNOVATION)
+
+    def _start_over(self, force: float) -> None:
+        self._trust.forget()
+        self._learner.clear()
+        self._tracker.forget(force)
+        self._has_fit = False
 
     def _refresh(self, block: Block) -> None:
         self._force_noise.refresh()
@@ -220,17 +240,19 @@ class Estimator:
         """After a silence too long to predict across: a new place, the old coefficients."""
         self._tracker.place(block.deflection, deflection_variance)
         self._interrupt(block, deflection_variance)
+        self._trust.doubt(self._tracker, SILENCE)
         if silence > COUNTED_GAP:
             self._count_reset(Reset.GAP)
 
     def _relocate(self, block: Block, deflection_variance: float) -> None:
         """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
         tracker = self._tracker
-        if tracker.knows and block.forces:
-            moved = abs(block.force - tracker.expected_force(block.deflection))
-            stayed = abs(block.force - tracker.expected_force(float(tracker.z[0])))
-            if stayed < moved:
-                tracker.reference += block.deflection - float(tracker.z[0])
+        if tracker.knows:
+            seen = self._rejected[1:4]  # the first may be half of one place, half of the other
+            jump = float(np.median([off for off, _ in seen]))
+            if self._stayed(jump, seen[0][1]):
+                self._trust.move(tracker, jump, float(np.var([off for off, _ in seen])) + deflection_variance)
+            self._trust.doubt(tracker, f"encoder jumped by {1e3 * jump:+.2f} mm")
         else:
             tracker.reference = block.deflection
             tracker.forget(block.force if block.forces else self._force)
@@ -240,11 +262,27 @@ class Estimator:
         self._interrupt(block, deflection_variance)
         self._count_reset(Reset.DEFLECTION)
 
+    def _rejected_alike(self) -> bool:
+        offsets = [off for off, _ in self._rejected[1:]]
+        return len(offsets) >= 3 and max(offsets) - min(offsets) < 0.1 * abs(offsets[0])
+
+    def _stayed(self, jump: float, force: float) -> bool:
+        """Whether the force, just after the encoder jumped, says that the rod did not."""
+        x = float(self._tracker.z[0])
+        moved = abs(self._tracker.expected_force(x + jump) - self._tracker.expected_force(x))
+        return not abs(force - self._accepted_force) > 0.5 * moved  # an absent force says nothing against it
+
     def _interrupt(self, block: Block, deflection_variance: float) -> None:
         self._accepted_ns = block.stamp_ns
+        self._rejected.clear()
+        self._trust.interrupt()
         self._jerk.restart(block.deflection, deflection_variance)
         self._deflection_noise.interrupt()
         self._force_noise.interrupt()
+
+    def _complaints(self, stamp_ns: int) -> list[str]:
+        complaints = self._health.complaints(stamp_ns)
+        return [*complaints, self._trust.reason] if self._trust.reason else complaints
 
     def _count_reset(self, reason: Reset) -> None:
         self._reset_count += 1
@@ -261,25 +299,26 @@ class Estimator:
         silence = (stamp_ns - self._stamp_ns) * 1e-9 if stamp_ns > self._stamp_ns else 0.0
         stale = silence > max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
         heard = silence <= INVALID_TIME
-        known, complaints = self._known, self._health.complaints(stamp_ns)
-        stiffness_valid = heard and ln_variance < STIFFNESS**2
+        known, complaints = self._known, self._complaints(stamp_ns)
+        trusted = heard and not self._trust.reason and not self._health.blind
+        stiffness_valid = trusted and ln_variance < STIFFNESS**2
         tolerance = DAMPING * max(abs(damping), 0.2 * float(self._tracker.z[5]))
         damping_valid = (
-            heard and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
+            trusted and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
             and self._tracker.knows
         )  # fmt: skip
         if stale:
             status = Status.STALE
-        elif not stiffness_valid:
-            status = Status.CONVERGING
+        elif complaints and self._tracker.knows:
+            status = Status.DEGRADED
         else:
-            status = Status.DEGRADED if complaints else Status.VALID
+            status = Status.VALID if stiffness_valid else Status.CONVERGING
         sensed = heard and not complaints
         z = self._tracker.z
         return Estimate(
             stamp_ns, self._force, self._force_noise.std**2, sensed, x, x_variance, heard, v, v_variance, heard,
             a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,
-            damping, damping_variance, damping_valid, inertia, inertia_variance, heard and known.inertia,
+            damping, damping_variance, damping_valid, inertia, inertia_variance, trusted and known.inertia,
             stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
             float(z[4]), self._tracker.k2_variance, float(z[6]), self._tracker.d2_variance, float(z[8]), float(z[9]),
         )  # fmt: skip

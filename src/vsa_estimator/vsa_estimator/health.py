@@ -1,10 +1,17 @@
-"""Complaints about the sensors: stuck, saturated, or told by the gate too often."""
+"""Complaints about the sensors: stuck, saturated, noisy, or told by the gate too often."""
+
+import math
 
 from vsa_estimator.settings import EstimatorConfig
 
 STUCK_FORCE_TIME = 0.3  # a force that repeats itself for this long while the rod moves is stuck [s]
 STUCK_ENCODER_TIME = 0.5  # an encoder that does so while the force changes [s]
 QUIET_ENCODER_TIME = 0.15  # an encoder that repeats itself for this long is at rest or stuck [s]
+FROZEN_TIME = 0.03  # a flickering encoder that repeats itself for this long, and against all odds, is stuck [s]
+ODDS = 25.0  # natural logarithm of those odds
+FLICKER = 0.1  # share of samples at which a flickering encoder turns round
+DEAFENING = 30.0  # times its usual noise, from which on an encoder is not believed at all
+MEMORY = 500.0  # samples over which flicker is looked for
 COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s]
 
 
@@ -18,10 +25,21 @@ class Constancy:
         self._value: float | None = None
         self._low = 0.0
         self._high = 0.0
+        self._run = 0
+        self._repeats = 1.0  # leaky share of samples that repeat the one before
+        self._turns = 0.0  # and of those that take the last change back
+        self._rose = False
 
     def observe(self, stamp_ns: int, value: float, other: float) -> None:
         """Take one sample of both."""
         self.repeated = value == self._value
+        self._run = self._run + 1 if self.repeated else 0
+        self._repeats += (self.repeated - self._repeats) / MEMORY
+        turned = False
+        if not self.repeated and self._value is not None:
+            rose = value > self._value
+            turned, self._rose = rose != self._rose, rose
+        self._turns += (turned - self._turns) / MEMORY
         if not self.repeated:
             self._value = value
             self.since_ns = stamp_ns
@@ -35,6 +53,44 @@ class Constancy:
         """Whether the value has stood for `time` [s] while the other one travelled more than `travel`."""
         return stamp_ns - self.since_ns > time * 1e9 and self._high - self._low > travel
 
+    def frozen(self, stamp_ns: int) -> bool:
+        """Whether a value that used to flicker at rest, too, has ceased to."""
+        return (
+            self._turns > FLICKER
+            and self._run * -math.log(min(self._repeats, 0.999)) > ODDS
+            and stamp_ns - self.since_ns > FROZEN_TIME * 1e9
+        )
+
+
+class Noisiness:
+    """How much louder a sensor's white noise is than it should be, within a few samples.
+
+    Second differences of white noise take each other back, those of a motion do not: their products tell them apart.
+    """
+
+    WORTH = 20.0  # samples
+    LOUD = 9.0  # variance, in units of the usual one, that counts as louder
+    SHARE = 0.35  # of loud samples from which on the noise is
+
+    def __init__(self) -> None:
+        """Nothing seen yet."""
+        self._values = (math.nan, math.nan)
+        self._difference = math.nan
+        self._loud = 0.0
+        self._variance = 1.0
+
+    def observe(self, value: float, std: float) -> float:
+        """Take a sample and the standard deviation that its noise should have; its ratio to that, 1 for the usual."""
+        before, last = self._values
+        difference = value - 2.0 * last + before
+        product = -difference * self._difference / (4.0 * std * std)
+        self._values, self._difference = (last, value), difference
+        if product != product:
+            return 1.0
+        self._loud += ((product > self.LOUD) - self._loud) / self.WORTH
+        self._variance += (min(max(product, 0.0), 1e6) - self._variance) / self.WORTH
+        return math.sqrt(max(self._variance, 1.0)) if self._loud > self.SHARE else 1.0
+
 
 class Health:
     """Watches every raw sample of both sensors."""
@@ -46,6 +102,12 @@ class Health:
         self._encoder = Constancy()
         self._complaints: dict[str, int] = {}
         self.force_repeated = 0
+        self.blind = False  # the encoder is not to be believed
+        self.force_noise = 1.0  # times what it should be
+        self.deflection_noise = 1.0
+        self._noise = Noisiness(), Noisiness()
+        resolution = config.deflection_resolution / math.sqrt(12.0)
+        self._stds = config.force_noise_std, math.hypot(config.deflection_noise_std, resolution)
         friction = config.initial.coulomb_friction + 2.0 * config.initial.coulomb_friction_std
         self._force_travel = 40.0 * config.force_noise_std + 2.0 * friction
         self._deflection_travel = 20.0 * config.deflection_noise_std + 5.0 * config.deflection_resolution
@@ -53,6 +115,9 @@ class Health:
     def clear(self) -> None:
         """Forget the past: stamps went back."""
         self._complaints.clear()
+        self.blind = False
+        self.force_noise = self.deflection_noise = 1.0
+        self._noise = Noisiness(), Noisiness()
         self._force = Constancy()
         self._encoder = Constancy()
 
@@ -60,6 +125,11 @@ class Health:
         """Take one raw sample; whether its force is news that may be learnt from."""
         self._force.observe(stamp_ns, force, deflection)
         self._encoder.observe(stamp_ns, deflection, force)
+        self._listen(stamp_ns, force, deflection)
+        frozen = self._encoder.repeated and self._encoder.frozen(stamp_ns)
+        self.blind = frozen or self.deflection_noise > DEAFENING
+        if frozen:
+            self._complain("encoder stuck: it repeats itself to the last digit", stamp_ns)
         fresh = not self._force.repeated
         if not fresh:
             self.force_repeated += 1
@@ -69,13 +139,22 @@ class Health:
             fresh = False  # at rest there is nothing to learn, and a stuck encoder must not teach
         if self._encoder.repeated and self._encoder.stuck(stamp_ns, STUCK_ENCODER_TIME, self._force_travel):
             self._complain("encoder stuck: it repeats itself while the force changes", stamp_ns)
+            self.blind = True
         if abs(force) >= self._config.force_limit:
             self._complain("force sensor saturated", stamp_ns)
             fresh = False
         if abs(deflection) >= self._config.deflection_limit:
             self._complain("deflection at its limit", stamp_ns)
             fresh = False
+            self.blind = True
         return fresh
+
+    def _listen(self, stamp_ns: int, force: float, deflection: float) -> None:
+        self.force_noise = self._noise[0].observe(force, self._stds[0])
+        self.deflection_noise = self._noise[1].observe(deflection, self._stds[1])
+        for sensor, ratio in (("force sensor", self.force_noise), ("encoder", self.deflection_noise)):
+            if ratio > 1.0:
+                self._complain(f"{sensor} noisy: several times what was configured", stamp_ns)
 
     def _complain(self, text: str, stamp_ns: int) -> None:
         self._complaints[text] = stamp_ns + int(COMPLAINT_TIME * 1e9)

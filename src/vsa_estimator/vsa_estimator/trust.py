@@ -1,0 +1,135 @@
+"""Whether to rely on what was learnt, and what to do when the sensors contradict it.
+
+In doubt nothing is learnt: the coefficients go back to what they were before the contradiction, and stiffness is not
+valid until the sensors agree with them again. A contradiction that stays is explained by a shift of one sensor, or
+makes the estimator forget.
+"""
+
+import math
+
+from vsa_estimator.blocks import Block
+from vsa_estimator.tracker import Tracker
+from vsa_estimator.values import Reset
+from vsa_estimator.witness import PERIOD, SHIFT_TIME, Coefficients, Witness
+
+KEEP = 4.0  # between two memories of what was known [s]
+PROBATION = 8.0  # without contradiction, before what was learnt counts for more than what is measured [s]
+GIVE_UP = 6.0  # of contradiction, by sensors that are otherwise well, before all is forgotten [s]
+
+CONTRADICTION = "force and encoder contradict what was learnt: a sensor drifts, or the transmission has changed"
+SILENCE = "looking whether all is as before the silence"
+
+
+class Trust:
+    """Takes every step of the filter and says whether its coefficients are to be relied on."""
+
+    def __init__(self, rate: float) -> None:
+        """`rate` of the filter [Hz]."""
+        self.reason = ""  # of the doubt; empty when there is none
+        self._witness = Witness(rate)
+        self._kept = -math.inf
+        self._patience = 0.0
+        self._proven = 0.0  # [s]
+
+    def forget(self) -> None:
+        """Nothing is known that could be doubted."""
+        self.reason = ""
+        self._proven = 0.0
+        self._witness.forget()
+
+    def interrupt(self) -> None:
+        """The motion has a gap."""
+        self._witness.interrupt()
+
+    def doubt(self, tracker: Tracker, reason: str) -> bool:
+        """Go back to what was known before, and wait; False where nothing was."""
+        kept = self._witness.kept
+        if not tracker.knows or kept is None or self._proven < PROBATION:
+            return False
+        if not self.reason:
+            self._patience = 0.0
+            _recall(tracker, kept)
+        self.reason = reason
+        return True
+
+    def move(self, tracker: Tracker, shift: float, variance: float) -> None:
+        """The encoder reads `shift` [m] more than it did; how uncertain that is goes into the stiffness."""
+        kept = self._witness.kept or _known(tracker)
+        covariance = kept.covariance.copy()
+        covariance[0, 0] += kept.mean[1] ** 2 * variance
+        self._adopt(tracker, kept._replace(covariance=covariance, reference=kept.reference + shift))
+
+    def weigh(self, tracker: Tracker, time: float, block: Block, blind: bool) -> Reset:
+        """Take a step at `time` [s]; `blind` when the encoder is not to be believed. What has to be reset, or NONE."""
+        news = self._witness.add(time, block.deflection, block.force if block.forces else math.nan)
+        if not tracker.knows:
+            return Reset.NONE
+        if self._witness.kept is None:
+            self._keep(tracker, time)
+        if blind:
+            self.doubt(tracker, CONTRADICTION)
+            self._patience = 0.0
+        elif news and not self.reason:
+            self._trusting(tracker, time)
+        elif news:
+            return self._doubting(tracker)
+        return Reset.NONE
+
+    def _trusting(self, tracker: Tracker, time: float) -> None:
+        if self._witness.vague:  # nothing to hold against the sensors yet: let the filter learn
+            self._witness.replace(_known(tracker))
+            return
+        if self._witness.contradicts:
+            if not self.doubt(tracker, CONTRADICTION):
+                self._proven = 0.0
+                self._witness.replace(_known(tracker))
+            return
+        self._proven += PERIOD
+        self._witness.trust()
+        if time - self._kept > KEEP:
+            self._keep(tracker, time)
+
+    def _doubting(self, tracker: Tracker) -> Reset:
+        if self._witness.agrees:
+            self.reason = ""
+            self._witness.settle()
+            return Reset.NONE
+        self._patience += PERIOD
+        if self._patience > SHIFT_TIME:
+            shift = self._witness.explain()
+            if shift is not None and shift.deflection:
+                self.move(tracker, shift.deflection, shift.std**2)
+                return Reset.DEFLECTION
+            if shift is not None:
+                self._offset(tracker, shift.force, shift.std**2)
+                return Reset.INNOVATION
+        if self._patience > GIVE_UP:
+            self.forget()
+            tracker.knows = False
+            return Reset.INNOVATION
+        return Reset.NONE
+
+    def _offset(self, tracker: Tracker, shift: float, variance: float) -> None:
+        kept = self._witness.kept or _known(tracker)
+        mean, covariance = kept.mean.copy(), kept.covariance.copy()
+        mean[5] += shift
+        covariance[5, 5] += variance
+        self._adopt(tracker, kept._replace(mean=mean, covariance=covariance))
+
+    def _adopt(self, tracker: Tracker, coefficients: Coefficients) -> None:
+        self._patience = 0.0
+        self._witness.replace(coefficients)
+        _recall(tracker, coefficients)
+
+    def _keep(self, tracker: Tracker, time: float) -> None:
+        self._kept = time
+        self._witness.keep(_known(tracker))
+
+
+def _known(tracker: Tracker) -> Coefficients:
+    return Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
+
+
+def _recall(tracker: Tracker, known: Coefficients) -> None:
+    tracker.learn(known.mean, known.covariance)
+    tracker.reference = known.reference

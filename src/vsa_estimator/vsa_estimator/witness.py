@@ -1,0 +1,217 @@
+"""Whether force and encoder still tell the story that was learnt.
+
+The filter trusts its sensors sample by sample, so a slow lie of either is learnt instead of noticed. Here the measured
+force is held against coefficients of some seconds ago on the motion that the encoder alone shows. Noise of the speed
+telescopes: its mean over a window is the noise of two places over the window's length.
+"""
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from vsa_estimator.model import COULOMB_SPEED, Array, maximum_speed
+
+WINDOWS = (0.12, 0.5, 3.0)  # means of the residual force are taken over these [s]
+DECIDES = 1  # which of them says that all is well again
+PERIOD = 0.05  # between two looks [s]
+BASE = 0.1  # a speed is a difference over so long [s]
+LIMIT = 6.0  # times the usual size of a mean
+CALM = 0.5  # share of the limit under which both sensors agree with what was learnt
+USUAL = (0.3, 0.15, 0.1)  # first idea of it, worth so many looks [N]
+USUAL_WORTH, USUAL_LOOKS = 15, 400
+LEAST_USUAL = 0.01  # [N]
+VAGUE = 3.0  # times the usual mean that uncertain coefficients may explain; beyond that they are no witness
+POOR = 0.4  # nor are any whose usual mean is greater [N]
+BEYOND = 0.05  # nor beyond the travel that they were learnt on, by more than so much of 1 / k2
+FAST = 0.85  # share of v* up to which a mean speed tells the damper's force
+SLOW = 0.25e-3  # around a reversal friction is anything up to itself [m/s]
+STICTION = 1.3  # breaking away takes more than sliding
+SHIFT_TIME = 2.5  # of contradiction before it is explained by a shift [s]
+CLEARLY = 2.5  # times better one explanation must be than the other
+
+
+class Coefficients(NamedTuple):
+    """[s k2 d1 d2 M F0 d0] with covariance, and the place at which s is meant [m]."""
+
+    mean: Array
+    covariance: Array
+    reference: float
+
+
+class Shift(NamedTuple):
+    """What would explain the contradiction; one of the two is zero."""
+
+    force: float  # the force reads so much more than it did [N]
+    deflection: float  # the encoder does [m]
+    std: float  # of the one that is not zero
+
+
+class Witness:
+    """Coefficients of a few seconds ago and what the sensors say against them."""
+
+    def __init__(self, rate: float) -> None:
+        """`rate` of the blocks [Hz]."""
+        self._kept: deque[Coefficients] = deque(maxlen=2)
+        self._rows: deque[tuple[float, float, float]] = deque(maxlen=int(WINDOWS[-1] * rate) + 1)
+        self._usual = [value * value for value in USUAL]
+        self._looks = USUAL_WORTH
+        self._looked = 0.0
+        self._means: list[float | None] = [None] * len(WINDOWS)
+        self._doubtful = [0.0] * len(WINDOWS)  # what uncertain coefficients explain [N]
+        self._travel = (math.inf, -math.inf)  # [m]
+
+    def forget(self) -> None:
+        """Nothing is known any more."""
+        self._kept.clear()
+        self._travel = (math.inf, -math.inf)
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """The motion has a gap."""
+        self._rows.clear()
+        self._means = [None] * len(WINDOWS)
+
+    def keep(self, coefficients: Coefficients) -> None:
+        """Remember what is known now; the one before it is what the sensors are held against."""
+        self._kept.append(coefficients)
+        places = [deflection for _, deflection, _ in self._rows]
+        self._travel = min((self._travel[0], *places)), max((self._travel[1], *places))
+
+    def replace(self, coefficients: Coefficients) -> None:
+        """Hold the sensors against these from now on."""
+        if self._kept:
+            shift = coefficients.reference - self._kept[0].reference
+            self._travel = self._travel[0] + shift, self._travel[1] + shift
+        self._kept.clear()
+        self.keep(coefficients)
+
+    @property
+    def kept(self) -> Coefficients | None:
+        """What the sensors are held against."""
+        return self._kept[0] if self._kept else None
+
+    def add(self, time: float, deflection: float, force: float) -> bool:
+        """Take a block [s, m, N], NaN for no force; whether there is something new to tell."""
+        self._rows.append((time, deflection, force))
+        if not self._kept or time - self._looked < PERIOD:
+            return False
+        self._looked = time
+        self._look()
+        return True
+
+    @property
+    def vague(self) -> bool:
+        """Whether the coefficients are too uncertain, here, to be held against anybody."""
+        usual, (low, high), place = math.sqrt(self._usual[DECIDES]), self._travel, self._rows[-1][1]
+        margin = BEYOND / float(self._kept[0].mean[1])
+        uncertain = self._doubtful[DECIDES] > VAGUE * usual or usual > POOR
+        return uncertain or self._means[DECIDES] is None or not low - margin < place < high + margin
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the force is not what it should be."""
+        return any(share is not None and share > 1.0 for share in map(self._share, range(len(WINDOWS))))
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the force has been what it should be for long enough."""
+        short = [self._share(index) for index in range(DECIDES + 1)]
+        return all(share is not None and share < CALM for share in short)
+
+    def trust(self) -> None:
+        """All was well at this look: its means are usual ones. Larger ones count for little."""
+        self._looks = min(self._looks + 1, USUAL_LOOKS)
+        for index, mean in enumerate(self._means):
+            if mean is not None:
+                usual = self._usual[index]
+                usual += (min(mean * mean, 4.0 * usual) - usual) / self._looks
+                self._usual[index] = max(usual, LEAST_USUAL**2)
+
+    def settle(self) -> None:
+        """What was contradicted is over: older rows say nothing more."""
+        while self._rows and self._rows[0][0] < self._looked - WINDOWS[DECIDES]:
+            self._rows.popleft()
+
+    def explain(self) -> Shift | None:
+        """A constant shift of one sensor that explains the last seconds, if it does and the other's does not."""
+        time, residual, stiffness, moving = self._residuals()
+        if self.kept is None or not time.size or time[-1] - time[0] < SHIFT_TIME or moving.mean() < 0.5:
+            return None
+        residual, stiffness = residual[moving], stiffness[moving]
+        offset = float(residual.mean())
+        slope = float(residual @ stiffness / (stiffness @ stiffness))  # -(1 - exp(-k2 dx)) / k2
+        k2, width = float(self.kept.mean[1]), max(1, residual.size // 10)
+        by_force, by_deflection = (_ripple(rest, width) for rest in (residual - offset, residual - slope * stiffness))
+        limit = LIMIT * math.sqrt(self._usual[DECIDES])
+        if by_force < limit and by_force * CLEARLY < by_deflection:
+            return Shift(offset, 0.0, by_force)
+        if by_deflection < limit and by_deflection * CLEARLY < by_force and 1.0 + k2 * slope > 0.0:
+            shift = -math.log1p(k2 * slope) / k2
+            return Shift(0.0, shift, by_deflection / float(np.sqrt(np.mean(stiffness**2))))
+        return None
+
+    def _share(self, index: int) -> float | None:
+        mean = self._means[index]
+        if mean is None:
+            return None
+        return abs(mean) / (LIMIT * math.hypot(math.sqrt(self._usual[index]), self._doubtful[index]))
+
+    def _look(self) -> None:
+        time, residual, _, moving = self._residuals()
+        friction = STICTION * float(self._kept[0].mean[6])
+        residual = np.where(moving, residual, np.sign(residual) * np.maximum(np.abs(residual) - friction, 0.0))
+        for index, window in enumerate(WINDOWS):
+            first = int(np.searchsorted(time, time[-1] - window)) if time.size else 0
+            enough = time.size - first >= 3 and time[-1] - time[first] > 0.8 * window - 2.0 * PERIOD
+            self._means[index] = float(residual[first:].mean()) if enough else None
+            self._doubtful[index] = self._uncertainty(first) if enough else 0.0
+
+    def _residuals(self) -> tuple[Array, Array, Array, Array]:
+        """Time, measured minus expected force, stiffness, and whether it moves, where there is a fresh force."""
+        nothing = np.zeros(0)
+        if len(self._rows) < 5 or self.kept is None:
+            return nothing, nothing, nothing, nothing.astype(bool)
+        rows = np.array(self._rows)
+        time, deflection, force = rows.T
+        half = max(1, round(0.5 * BASE / float(np.median(np.diff(time)))))
+        if time.size <= 2 * half:
+            return nothing, nothing, nothing, nothing.astype(bool)
+        span = time[2 * half :] - time[: -2 * half]
+        middle, before, after = deflection[half:-half], deflection[: -2 * half], deflection[2 * half :]
+        velocity = (after - before) / span
+        acceleration = 4.0 * (after - 2.0 * middle + before) / span**2
+        smooth = np.convolve(deflection, np.full(2 * (half // 2) + 1, 1.0 / (2 * (half // 2) + 1)), "same")[half:-half]
+        self._motion = smooth, velocity, acceleration
+        expected, stiffness = _law(self.kept, smooth, velocity, acceleration)
+        fastest = FAST * maximum_speed(float(self.kept.mean[2]), float(self.kept.mean[3]))
+        tame = np.abs(velocity) + 0.25 * BASE * np.abs(acceleration) < fastest
+        good = np.isfinite(force[half:-half]) & (span < 2.0 * BASE) & tame
+        self._motion = smooth[good], velocity[good], acceleration[good]
+        residual = force[half:-half] - expected
+        return time[half:-half][good], residual[good], stiffness[good], np.abs(velocity[good]) > SLOW
+
+    def _uncertainty(self, first: int) -> float:
+        """Standard deviation of the mean expected force that the coefficients' own uncertainty makes [N]."""
+        kept = self._kept[0]
+        x, v, a = (part[first:] for part in self._motion)
+        s, k2 = kept.mean[:2]
+        dx = x - kept.reference
+        sigma = np.exp(np.clip(s + k2 * dx, -20.0, 25.0))
+        columns = (sigma / k2, sigma / k2 * (dx - 1.0 / k2), v, v**3, a, np.ones_like(x), np.tanh(v / COULOMB_SPEED))
+        gradient = np.array([column.mean() for column in columns])
+        return math.sqrt(max(float(gradient @ kept.covariance @ gradient), 0.0))
+
+
+def _law(known: Coefficients, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
+    """Force of eq. (6) [N] and stiffness of eq. (3) [N/m]; beyond v* the damper holds its greatest force."""
+    s, k2, d1, d2, mass, offset, coulomb = known.mean.tolist()
+    sigma = np.exp(np.clip(s + k2 * (x - known.reference), -20.0, 25.0))
+    speed = maximum_speed(d1, d2)
+    c = np.clip(v, -speed, speed)
+    return sigma / k2 + d1 * c + d2 * c**3 + mass * a + offset + coulomb * np.tanh(v / COULOMB_SPEED), sigma
+
+
+def _ripple(values: Array, width: int) -> float:
+    """Root mean square of running means [same unit]."""
+    return float(np.sqrt(np.mean(np.convolve(values, np.full(width, 1.0 / width), "valid") ** 2)))
