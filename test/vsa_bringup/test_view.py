@@ -19,8 +19,7 @@ from vsa_bringup.view_wire import Wire
 from vsa_common.stamps import set_stamp
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
-SIDE_FIELDS = TransmissionImpedance.get_fields_and_field_types()
-JOINT_FIELDS = JointImpedance.get_fields_and_field_types()
+SIDE, STATE, JOINT = (k.get_fields_and_field_types() for k in (TransmissionImpedance, EstimatorState, JointImpedance))
 
 
 def impedance(stamp_ns=10**9, frame="transmission_1", **values):
@@ -32,8 +31,8 @@ def impedance(stamp_ns=10**9, frame="transmission_1", **values):
 
 @pytest.mark.parametrize("frame", ["", "a", "transmission_1", "left/transmission_2"])
 def test_numbers_come_out_of_the_bytes_as_they_went_into_the_message(frame):
-    wire = Wire(SIDE_FIELDS)
-    given = {name: 0.1 * i for i, (name, kind) in enumerate(SIDE_FIELDS.items()) if kind == "double"}
+    wire = Wire(SIDE)
+    given = {name: 0.1 * i for i, (name, kind) in enumerate(SIDE.items()) if kind == "double"}
     stamp_ns, values = wire.read(
         impedance(1_234_567_890_123, frame, status=3, reset_count=70_000, damping_valid=True, **given)
     )
@@ -48,12 +47,25 @@ def test_numbers_come_out_of_the_bytes_as_they_went_into_the_message(frame):
     )
 
 
-def test_a_joint_message_is_read_up_to_its_first_text():
-    wire = Wire(JOINT_FIELDS)
-    data = serialize_message(JointImpedance(stiffness=2.5, tension=[3.0, 4.0], status=2, reason="a text"))
+@pytest.mark.parametrize("reason", ["", "why", "waits", "ünobservable"])
+def test_texts_do_not_shift_the_numbers_behind_them(reason):
+    message = EstimatorState(reason=reason, k2=267.2, observability=["inertia: move", reason], samples_fused=2**40)
+    message.force_noise_std, message.force_rejected = 0.017, 3
+    wire = Wire(STATE)
+    found = dict(zip(wire.names, wire.read(serialize_message(message))[1], strict=True))
+    assert (found["reason"], found["k2"], found["observability"]) == (reason, 267.2, ["inertia: move", reason])
+    assert (found["force_noise_std"], found["samples_fused"], found["force_rejected"]) == (0.017, 2**40, 3)
+    assert "force_repeated" in found
+
+
+def test_a_joint_message_is_read_to_its_end():
+    wire = Wire(JOINT)
+    data = serialize_message(
+        JointImpedance(stiffness=2.5, tension=[3.0, 4.0], status=2, reason="a text", reset_count=9)
+    )
     found = dict(zip(wire.names, wire.read(data)[1], strict=True))
     assert (found["stiffness"], found["tension_1"], found["tension_2"], found["status"]) == (2.5, 3.0, 4.0, 2)
-    assert "reason" not in found
+    assert (found["reason"], found["reset_count"]) == ("a text", 9)
 
 
 def test_a_spike_of_one_sample_in_a_thousand_stays_visible():
@@ -152,7 +164,7 @@ def complaint(level, text, name="/vsa/driver"):
 
 
 def filled_show():
-    show = Show(SIDE_FIELDS, JOINT_FIELDS)
+    show = Show(SIDE, STATE, JOINT)
     side = show.sides["transmission_1"]
     for k in range(100):
         data = impedance(
@@ -166,7 +178,7 @@ def filled_show():
         side.take_impedance(data, 10.0)
     state = EstimatorState(k2=267.2, k2_variance=4.0, k2_valid=True, reset_count=1, reset_reason=4, samples_fused=100)
     state.observability = ["inertia: move faster"]
-    side.take_state(state, 99 * 10**7)
+    side.take_state(serialize_message(state))
     side.take_counters(CaptureCounters(counter=[1, 2, 5]), S)
     show.take_diagnostics(complaint(2, "bus off"), S, "/vsa/")
     return show
@@ -209,12 +221,14 @@ def test_complaints_of_another_joint_are_not_shown():
 
 
 def test_what_happens_to_a_transmission_is_told_with_its_time():
-    show = Show(SIDE_FIELDS, JOINT_FIELDS)
+    show = Show(SIDE, STATE, JOINT)
     side = show.sides["transmission_2"]
     for stamp_ns, status in ((1 * S, 1), (2 * S, 2), (3 * S, 4)):
         side.take_impedance(impedance(stamp_ns, status=status), 1e-9 * stamp_ns)
     for rejected in (5, 5, 12):
-        side.take_state(EstimatorState(force_rejected=rejected, reset_count=3), 3 * S)
+        state = EstimatorState(force_rejected=rejected, reset_count=3)
+        set_stamp(state.header.stamp, 3 * S)
+        side.take_state(serialize_message(state))
     side.take_counters(CaptureCounters(counter=[1, 2]), 3 * S)
     side.take_counters(CaptureCounters(counter=[5, 6]), 4 * S)
     show.watch(9.0, 9 * S)
@@ -272,7 +286,7 @@ def test_there_is_no_reason_where_there_is_data():
 
 
 def test_the_force_rate_of_a_ramp_comes_to_its_slope():
-    show = Show(SIDE_FIELDS, JOINT_FIELDS)
+    show = Show(SIDE, STATE, JOINT)
     for k in range(3000):
         show.sides["transmission_1"].take_impedance(impedance(k * 10**6, force=8.0 * k * 1e-3), 0.0)
     frame, channels = show.board.frame(0), show.board.channels

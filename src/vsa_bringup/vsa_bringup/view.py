@@ -13,7 +13,7 @@ from rclpy.utilities import remove_ros_args
 from vsa_bringup.view_node import Ears
 from vsa_bringup.view_server import Server, serve
 
-POLL = 0.02  # seconds between two looks at what has arrived
+POLL = 0.08  # seconds between two looks at what has arrived: about a frame
 
 
 def main(args: Sequence[str] | None = None) -> int:

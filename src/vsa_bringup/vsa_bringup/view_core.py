@@ -18,38 +18,42 @@ Extremes = tuple[list[float], list[float]]
 
 
 class Stream:
-    """Least and greatest of each number of one topic in bins of WIDTH_NS of its own stamps."""
+    """Least and greatest of each number of one topic in bins of WIDTH_NS of its own stamps.
+
+    A number whose name ends in _std is given as its variance: the root is taken once a bin.
+    """
 
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
+        self._roots = [i for i, name in enumerate(names) if name.endswith("_std")]
         self.newest = -1  # index of the bin that is being filled
         self.restarts = 0
+        self._samples: dict[int, list[Sequence[float]]] = {}  # of the bins that may still get some
         self._bins: dict[int, Extremes] = {}
 
     def add(self, stamp_ns: int, values: Sequence[float]) -> None:
         """One sample, in the order of `names`."""
         index = stamp_ns // WIDTH_NS
-        if self.newest - index > FAR // WIDTH_NS or index - self.newest > FAR // WIDTH_NS:
+        found = self._samples.get(index)
+        if found is not None:
+            found.append(values)
+            return
+        if abs(self.newest - index) > FAR // WIDTH_NS:
             self.restarts += self.newest >= 0
             self._bins.clear()
+            self._samples.clear()
             self.newest = index
-        found = self._bins.get(index)
-        if found is None:
-            self._bins[index] = (list(values), list(values))
-            if index > self.newest:
-                self.newest = index
-            while len(self._bins) > KEPT + LATE + 1:  # the late ones and the one that is being filled
-                del self._bins[next(iter(self._bins))]
-            return
-        low, high = found
-        for i, value in enumerate(values):
-            if value < low[i]:
-                low[i] = value
-            elif value > high[i]:
-                high[i] = value
+        self._samples[index] = [values]
+        self.newest = max(self.newest, index)
+        while len(self._samples) > LATE + 1:
+            self._close(next(iter(self._samples)))
+        while len(self._bins) > KEPT:
+            del self._bins[next(iter(self._bins))]
 
     def rows(self, begin: int, end: int) -> list[Extremes | None]:
         """The bins `begin` to `end`, a slow topic's held for HELD bins; None where there is nothing."""
+        for index in [index for index in self._samples if index < end]:
+            self._close(index)
         found: list[Extremes | None] = []
         last, age = None, HELD
         for index in range(begin - HELD, end):
@@ -58,6 +62,16 @@ class Stream:
             if index >= begin:
                 found.append(last if age < HELD else None)
         return found
+
+    def _close(self, index: int) -> None:
+        columns = list(zip(*self._samples.pop(index), strict=True))
+        low, high = list(map(min, columns)), list(map(max, columns))
+        for i in self._roots:
+            low[i], high[i] = math.sqrt(max(low[i], 0.0)), math.sqrt(max(high[i], 0.0))
+        before = self._bins.get(index)
+        if before:  # a late sample
+            low, high = list(map(min, low, before[0])), list(map(max, high, before[1]))
+        self._bins[index] = (low, high)
 
 
 class Board:

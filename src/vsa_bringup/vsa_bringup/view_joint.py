@@ -1,6 +1,7 @@
 """The live page's state of the joint: bytes in, curves and words out."""
 
 import math
+from operator import itemgetter
 from typing import Any
 
 from vsa_bringup.view_core import SILENT, Delays, Stream, quantity, status_word
@@ -8,7 +9,8 @@ from vsa_bringup.view_events import Events, Turns
 from vsa_bringup.view_wire import Wire
 
 _QUANTITIES = ("stiffness", "damping", "inertia")
-CURVES = (*_QUANTITIES, *(f"{name}_std" for name in _QUANTITIES), *(f"{name}_valid" for name in _QUANTITIES))
+_FIELDS = tuple(name + end for name in _QUANTITIES for end in ("", "_variance", "_valid"))
+CURVES = tuple(name.replace("_variance", "_std") for name in _FIELDS)
 
 
 class JointShow:
@@ -18,29 +20,25 @@ class JointShow:
         self.stream = Stream(CURVES)
         self.delays = Delays()
         self.angle: float | None = None
-        self.reason = ""
-        self.last = b""  # the newest message as it came, for its text
         self.seen = -math.inf
         self._wire = wire
         self._at = {name: wire.names.index(name) for name in wire.names}
-        self._values: tuple[float, ...] = ()
+        self._values: tuple[Any, ...] = ()
         self._stamp_ns = 0
         self._status: float | None = None
         self._turns = Turns("joint", events)
+        self._pick = itemgetter(*(self._at[name] for name in _FIELDS))
+        self._status_at = self._at["status"]
 
     def take_impedance(self, data: bytes, received_ns: int, now: float) -> None:
         """A JointImpedance as it came, when it was received [ns], `now` on a steady clock [s]."""
         stamp_ns, values = self._wire.read(data)
-        self._values, self.seen, self._stamp_ns, self.last = values, now, stamp_ns, data
-        at = self._at
-        status = values[at["status"]]
+        self._values, self.seen, self._stamp_ns = values, now, stamp_ns
+        status = values[self._status_at]
         if status != self._status:
             self._status = status
             self._turns.turn(status_word(status, 0.0), stamp_ns)
-        numbers = [values[at[name]] for name in _QUANTITIES]
-        numbers += [math.sqrt(max(values[at[name] + 1], 0.0)) for name in _QUANTITIES]  # variance and validity follow
-        numbers += [values[at[name] + 2] for name in _QUANTITIES]
-        self.stream.add(stamp_ns, numbers)
+        self.stream.add(stamp_ns, self._pick(values))
         self.delays.add(received_ns - stamp_ns)
 
     def watch(self, now: float, wall_ns: int) -> None:
@@ -56,7 +54,7 @@ class JointShow:
             "status": status_word(values[at["status"]] if values else None, now - self.seen),
             "delay": self.delays.words(),
             "angle": self.angle,
-            "reason": self.reason,
+            "reason": values[at["reason"]] if values else "",
         }
         if not values:
             return found

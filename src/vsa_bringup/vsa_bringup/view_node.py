@@ -35,9 +35,8 @@ class Ear:
 
     def __init__(self, node: Node, space: str) -> None:
         self.space = space
-        self.show = Show(
-            TransmissionImpedance.get_fields_and_field_types(), JointImpedance.get_fields_and_field_types()
-        )
+        kinds = (TransmissionImpedance, EstimatorState, JointImpedance)
+        self.show = Show(*(kind.get_fields_and_field_types() for kind in kinds))
         self._node = node
         self._takers: list[tuple[Any, Taker]] = []
         self._watched = 0.0
@@ -60,9 +59,7 @@ class Ear:
 
     def words(self) -> dict[str, Any]:
         """As Show.words, now, with the reasons where nothing comes."""
-        now, joint = 1e-9 * STEADY.now().nanoseconds, self.show.joint
-        if joint.last:
-            joint.reason = deserialize_message(joint.last, JointImpedance).reason
+        now = 1e-9 * STEADY.now().nanoseconds
         words = self.show.words(now)
         ages = self.show.ages(now)
         status = {part: words[part]["status"] for part in ages}
@@ -79,21 +76,12 @@ class Ear:
     def _listen_to_side(self, name: str) -> None:
         side = self.show.sides[name]
 
-        def take_state(data: bytes, *_: object) -> None:
-            message = deserialize_message(data, EstimatorState)
-            side.take_state(message, nanoseconds(message.header.stamp))
-
-        def take_encoder(data: bytes, *_: object) -> None:
-            stamp_ns, position = decode_joint_state(data)
-            side.encoder.add(stamp_ns, (position,))
-
         def take_counters(data: bytes, *_: object) -> None:
             message = deserialize_message(data, CaptureCounters)
             side.take_counters(message, nanoseconds(message.header.stamp))
 
         self._listen(TransmissionImpedance, f"{name}/impedance", lambda data, _, now: side.take_impedance(data, now))
-        self._listen(EstimatorState, f"{name}/estimator_state", take_state)
-        self._listen(JointState, f"{name}/encoder", take_encoder)
+        self._listen(EstimatorState, f"{name}/estimator_state", lambda data, *_: side.take_state(data))
         self._listen(CaptureCounters, f"{name}/capture_counters", take_counters, _COUNTING)
 
     def _listen(self, kind: Any, topic: str, take: Any, qos: QoSProfile = _WATCHING) -> None:

@@ -11,7 +11,7 @@ from aiohttp import WSMsgType, web
 from vsa_bringup.view_core import WIDTH_NS, Board
 from vsa_bringup.view_show import Show
 
-FRAMES = 12.0  # a second, to each page
+FRAMES = 10.0  # a second, to each page
 WORDS = 3  # every so many frames the table comes along
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".txt": "text/plain"}
 _POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:; img-src 'self' data:"

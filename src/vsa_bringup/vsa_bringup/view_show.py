@@ -10,18 +10,20 @@ from vsa_bringup.view_joint import JointShow
 from vsa_bringup.view_side import SideShow
 from vsa_bringup.view_wire import Wire
 
+Fields = Mapping[str, str]  # of a message: kind by name
+
 
 class Show:
-    """A joint with its two transmissions."""
+    """A joint with its two transmissions, from TransmissionImpedance, EstimatorState and JointImpedance."""
 
-    def __init__(self, side_fields: Mapping[str, str], joint_fields: Mapping[str, str]) -> None:
+    def __init__(self, side: Fields, state: Fields, joint: Fields) -> None:
         self.events = Events()
-        self.sides = {name: SideShow(name, Wire(side_fields), self.events) for name in TRANSMISSIONS}
-        self.joint = JointShow(Wire(joint_fields), self.events)
+        self.sides = {name: SideShow(name, Wire(side), Wire(state), self.events) for name in TRANSMISSIONS}
+        self.joint = JointShow(Wire(joint), self.events)
         self._complaints: dict[str, str] = {}
         streams = {"joint": self.joint.stream}
         for name, side in self.sides.items():
-            streams |= {name: side.stream, f"{name}/encoder": side.encoder, f"{name}/state": side.residual}
+            streams |= {name: side.stream, f"{name}/sensor": side.sensor}
         self.board = Board(streams)
 
     def take_diagnostics(self, message: Any, time_ns: int, space: str = "") -> None:

@@ -1,6 +1,7 @@
 """The live page's state of one transmission: bytes and messages in, curves and words out."""
 
 import math
+from operator import itemgetter
 from typing import Any
 
 from vsa_bringup.view_core import SILENT, Stream, lost, quantity, status_word
@@ -12,7 +13,8 @@ RATE_FILTER = 0.19  # of the force rate, what section VI implies [s]
 
 _SPREAD = ("velocity", "acceleration", "stiffness", "damping", "inertia")
 _QUANTITIES = ("force", "deflection", *_SPREAD)
-CURVES = (*_QUANTITIES, "force_rate", *(f"{name}_std" for name in _SPREAD), *(f"{name}_valid" for name in _QUANTITIES))
+_FIELDS = (*_QUANTITIES, *(f"{name}_variance" for name in _SPREAD), *(f"{name}_valid" for name in _QUANTITIES))
+CURVES = ("force_rate", *(name.replace("_variance", "_std") for name in _FIELDS))
 _COEFFICIENTS = ("k2", "d1", "d2", "inertia", "force_offset", "coulomb_friction")
 _COUNTS = ("samples_fused", "samples_dropped", "force_rejected", "deflection_rejected", "reset_count")
 _TOLD = {  # counts of which the page tells when they grow
@@ -26,45 +28,42 @@ _RESETS = {reason.value: reason.name for reason in Reset}
 class SideShow:
     """One transmission."""
 
-    def __init__(self, name: str, wire: Wire, events: Events) -> None:
+    def __init__(self, name: str, wire: Wire, state_wire: Wire, events: Events) -> None:
         self.stream = Stream(CURVES)
-        self.encoder = Stream(("position",))
-        self.residual = Stream(("deflection_innovation",))
+        self.sensor = Stream(("position", "residual"))
         self.seen = -math.inf
-        self._wire = wire
+        self._wire, self._state_wire = wire, state_wire
         self._at = {name: wire.names.index(name) for name in wire.names}
         self._values: tuple[float, ...] = ()
         self._stamp_ns = 0
         self._status: float | None = None
         self._turns, self._tally = Turns(name, events), Tally(name, events)
-        self._state: Any = None
+        self._state: dict[str, Any] = {}
         self._counters: tuple[int, int] | None = None
         self._smooth: tuple[int, float] = (0, 0.0)
-        places = [self._at[name] for name in _QUANTITIES]
-        self._value_at, self._valid_at = places, [at + 2 for at in places]  # value, variance, validity
-        self._variance_at = [self._at[name] + 1 for name in _SPREAD]
+        self._pick = itemgetter(*(self._at[name] for name in _FIELDS))
+        self._status_at = self._at["status"]
 
     def take_impedance(self, data: bytes, now: float) -> None:
         """A TransmissionImpedance as it came, `now` on a steady clock [s]."""
         stamp_ns, values = self._wire.read(data)
         self._values, self.seen, self._stamp_ns = values, now, stamp_ns
-        status = values[self._at["status"]]
+        status = values[self._status_at]
         if status != self._status:
             self._status = status
             self._turns.turn(status_word(status, 0.0), stamp_ns)
-        numbers = [values[at] for at in self._value_at]
-        numbers.append(self._force_rate(stamp_ns, numbers[0]))
-        numbers += [math.sqrt(values[at]) if values[at] > 0.0 else 0.0 for at in self._variance_at]
-        numbers += [values[at] for at in self._valid_at]
-        self.stream.add(stamp_ns, numbers)
+        numbers = self._pick(values)
+        self.stream.add(stamp_ns, (self._force_rate(stamp_ns, numbers[0]), *numbers))
 
-    def take_state(self, message: Any, stamp_ns: int) -> None:
-        """An EstimatorState."""
-        self._state = message
-        self.residual.add(stamp_ns, (message.deflection_innovation,))
+    def take_state(self, data: bytes) -> None:
+        """An EstimatorState as it came."""
+        stamp_ns, values = self._state_wire.read(data)
+        self._state = state = dict(zip(self._state_wire.names, values, strict=True))
+        residual = state["deflection_innovation"]
+        self.sensor.add(stamp_ns, (state["deflection"] + residual, residual))  # spares the page the encoder's topic
         for name, text in _TOLD.items():
-            self._tally.count(text, getattr(message, name), stamp_ns)
-        self._tally.count("reset", message.reset_count, stamp_ns, "bad")
+            self._tally.count(text, state[name], stamp_ns)
+        self._tally.count("reset", state["reset_count"], stamp_ns, "bad")
 
     def take_counters(self, message: Any, stamp_ns: int) -> None:
         """A batch of CaptureCounters."""
@@ -79,13 +78,13 @@ class SideShow:
 
     def words(self, now: float) -> dict[str, Any]:
         """Everything of this side that is not a curve."""
-        status = self._values[self._at["status"]] if self._values else None
+        status = self._values[self._status_at] if self._values else None
         found: dict[str, Any] = {"status": status_word(status, now - self.seen)}
         fresh = now - self.seen <= SILENT
         if self._values:
             found["stamp_ns"] = str(self._stamp_ns)  # as text: a browser's numbers do not hold it
             found |= {name: quantity(*self._values[self._at[name] :][:3], fresh=fresh) for name in _QUANTITIES}
-        if self._state is not None:
+        if self._state:
             found |= self._state_words(fresh)
         if self._counters is not None:
             found["lost"] = self._counters[1]
@@ -95,13 +94,13 @@ class SideShow:
         state = self._state
         return {
             "coefficients": {
-                name: quantity(*(getattr(state, name + end) for end in ("", "_variance", "_valid")), fresh=fresh)
+                name: quantity(*(state[name + end] for end in ("", "_variance", "_valid")), fresh=fresh)
                 for name in _COEFFICIENTS
             },
-            "reason": state.reason,
-            "observability": list(state.observability),
-            "reset_reason": _RESETS.get(state.reset_reason, "UNKNOWN"),
-            **{name: getattr(state, name) for name in _COUNTS},
+            "reason": state["reason"],
+            "observability": state["observability"],
+            "reset_reason": _RESETS.get(state["reset_reason"], "UNKNOWN"),
+            **{name: state[name] for name in _COUNTS},
         }
 
     def _force_rate(self, stamp_ns: int, force: float) -> float:

@@ -20,8 +20,8 @@ export const PANELS = [
   ["mass", "kg", 1, both("inertia")],
   ["force", "N", 1, both("force", { spread: false })],
   ["force rate", "N/s", 1, both("force_rate", bare)],
-  ["position: measured (wide) and estimated", "mm", 1e3, [...both("position", { ...bare, wide: true, at: "encoder/position" }), ...both("deflection", { spread: false })]],
-  ["position residual", "µm", 1e6, both("residual", { ...bare, at: "state/deflection_innovation" })],
+  ["position: measured (wide) and estimated", "mm", 1e3, [...both("position", { ...bare, wide: true, at: "sensor/position" }), ...both("deflection", { spread: false })]],
+  ["position residual", "µm", 1e6, both("residual", { ...bare, at: "sensor/residual" })],
   ["velocity", "mm/s", 1e3, both("velocity")],
   ["acceleration", "mm/s²", 1e3, both("acceleration")],
 ];
