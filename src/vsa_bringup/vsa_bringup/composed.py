@@ -14,7 +14,7 @@ from vsa_common.joints import joints
 from vsa_common.node import SuiteNode, run
 from vsa_driver.capture import Sample
 from vsa_driver.driver import SWITCH_S, DriverNode
-from vsa_estimator.node import EstimatorNode
+from vsa_estimator.node import EstimatorNode, impedance_of
 from vsa_estimator.values import Estimate
 from vsa_joint.joint import JointNode, side_of
 
@@ -46,7 +46,7 @@ class DirectEstimator(EstimatorNode):
                 super().take(stamp_ns, force, deflection)
 
     def on_estimate(self, estimate: Estimate) -> None:
-        self._joint.take(self._side, side_of(estimate, estimate.stamp_ns))
+        self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_of(estimate)))
         super().on_estimate(estimate)
 
 

@@ -1,14 +1,17 @@
 """Node: force and encoder of one transmission in, its impedance out."""
 
 import time
+from operator import itemgetter
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from std_srvs.srv import Trigger
+from vsa_common.cdr import Writer, read_position, read_wrench
 from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
-from vsa_common.stamps import nanoseconds, set_stamp
+from vsa_common.stamps import set_stamp
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.pairing import Pairing
 from vsa_estimator.settings import NodeConfig
@@ -18,9 +21,14 @@ from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 WATCH = 0.02  # how often silence is looked for [s]
 SILENT = 0.05  # the shortest silence that is spoken of [s]
 
+
+def _fields(message: Any) -> list[str]:
+    return [name for name in message.get_fields_and_field_types() if name != "header"]
+
+
 _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
-_IMPEDANCE = tuple(name for name in Estimate._fields if name in TransmissionImpedance.get_fields_and_field_types())
-_STATE = tuple(name for name in State._fields if name in EstimatorState.get_fields_and_field_types())
+impedance_of = itemgetter(*(Estimate._fields.index(name) for name in _fields(TransmissionImpedance)))
+_STATE = tuple(name for name in State._fields if name in _fields(EstimatorState))
 
 
 class EstimatorNode(SuiteNode[NodeConfig]):
@@ -34,13 +42,15 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         name = config.transmission
         self._estimator = create_estimator(config)
         self._pairing = Pairing(int(config.pairing_tolerance * 1e9), int(config.reorder_window * 1e9))
-        self._impedance = TransmissionImpedance()
-        self._state = EstimatorState()
-        self._impedance.header.frame_id = self._state.header.frame_id = name
+        self._writer = Writer(TransmissionImpedance(header=Header(frame_id=name)))
+        self._state = EstimatorState(header=Header(frame_id=name))
+        self._status = Status.INITIALIZING
+        self._reset_count = 0
         self._future_ns = int(config.future_tolerance * 1e9)
         self._state_period_ns = int(1e9 / config.state_rate)
         self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
         self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = self._watched_ns = 0
+        self._stamp_seen_ns = 0
         self._ros_clock = self.get_clock()
         self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
@@ -53,8 +63,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         name = self.config.transmission
         qos = RELIABLE if self.config.reliability == "reliable" else BEST_EFFORT
         return [
-            self.create_subscription(WrenchStamped, f"{name}/force", self._on_force, qos),
-            self.create_subscription(JointState, f"{name}/encoder", self._on_encoder, qos),
+            self.create_subscription(WrenchStamped, f"{name}/force", self._on_force, qos, raw=True),
+            self.create_subscription(JointState, f"{name}/encoder", self._on_encoder, qos, raw=True),
         ]
 
     def stop(self) -> None:
@@ -69,7 +79,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         if not self.active:
             return super().health()
         state = self._estimator.state()
-        status = Status(self._impedance.status)
+        status = self._status
         values: dict[str, object] = {
             "status": status.name,
             "samples_fused": state.samples_fused,
@@ -89,24 +99,24 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             return STALE, "no samples", values
         return _LEVEL.get(status, WARN), state.reason or "active", values
 
-    def _on_force(self, message: WrenchStamped) -> None:
-        stamp_ns = nanoseconds(message.header.stamp)
+    def _on_force(self, data: bytes) -> None:
+        stamp_ns, force = read_wrench(data, WrenchStamped)
         if self.refuse(stamp_ns, "force"):
             return
-        for sample in self._pairing.add_force(stamp_ns, message.wrench.force.x):
+        for sample in self._pairing.add_force(stamp_ns, force):
             self.take(*sample)
 
-    def _on_encoder(self, message: JointState) -> None:
-        stamp_ns = nanoseconds(message.header.stamp)
+    def _on_encoder(self, data: bytes) -> None:
+        stamp_ns, deflection = read_position(data, JointState)
         if self.refuse(stamp_ns, "encoder"):
             return
-        deflection = message.position[0] if message.position else float("nan")
         for sample in self._pairing.add_encoder(stamp_ns, deflection):
             self.take(*sample)
 
     def refuse(self, stamp_ns: int, sensor: str) -> bool:
         """Whether a stamp is zero or in the future; it is counted then."""
-        if 0 < stamp_ns <= self._ros_clock.now().nanoseconds + self._future_ns:
+        if stamp_ns == self._stamp_seen_ns or 0 < stamp_ns <= self._ros_clock.now().nanoseconds + self._future_ns:
+            self._stamp_seen_ns = stamp_ns
             return False
         self._refused[f"{self.config.transmission}/{sensor}"] += 1
         return True
@@ -121,17 +131,13 @@ class EstimatorNode(SuiteNode[NodeConfig]):
                 return
             self._stamp_ns = stamp_ns
             self._arrival_ns = time.monotonic_ns()
-            if estimate.reset_count != self._impedance.reset_count and estimate.reset_reason is Reset.TIME_JUMP:
+            if estimate.reset_count != self._reset_count and estimate.reset_reason is Reset.TIME_JUMP:
                 self._published_ns = self._state_ns = 0
             self._publish(estimate)
 
     def on_estimate(self, estimate: Estimate) -> None:
         """Publish one estimate; whoever needs it sooner overrides this."""
-        message = self._impedance
-        set_stamp(message.header.stamp, estimate.stamp_ns)
-        for name in _IMPEDANCE:
-            setattr(message, name, getattr(estimate, name))
-        self._impedances.publish(message)
+        self._impedances.publish(self._writer.write(estimate.stamp_ns, impedance_of(estimate)))
 
     def on_state(self, message: EstimatorState) -> None:
         """Publish what the estimator knows; the message is used again for the next."""
@@ -141,6 +147,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         if estimate.stamp_ns <= self._published_ns:
             return
         self._published_ns = estimate.stamp_ns
+        self._status, self._reset_count = estimate.status, estimate.reset_count
         self.on_estimate(estimate)
         if estimate.stamp_ns - self._state_ns >= self._state_period_ns:
             self._state_ns = estimate.stamp_ns

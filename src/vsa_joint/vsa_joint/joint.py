@@ -1,12 +1,15 @@
 """Node: the impedance of both transmissions in, the impedance of the joint out."""
 
 import time
+from collections.abc import Callable, Sequence
 from functools import partial
+from operator import itemgetter
 from typing import Any
 
 from rclpy.subscription import Subscription
+from vsa_common.cdr import Reader, Writer
 from vsa_common.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
-from vsa_common.stamps import nanoseconds, set_stamp
+from vsa_common.stamps import NANOSECONDS
 from vsa_joint.configuration import CONSISTENT, JointConfig
 from vsa_joint.fusion import JointEstimate, JointFusion, Side
 from vsa_joint.propagation import Rod
@@ -27,10 +30,11 @@ class JointNode(SuiteNode[JointConfig]):
     def start(self) -> None:
         self._fusion = JointFusion(self.config)
         self._joint = self.config.joint
-        self._message = JointImpedance()
-        self._message.reflection = (
-            JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
-        )
+        self._reflection = JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
+        self._range = (0.0, 0.0, False)  # least and greatest stiffness within reach, and whether that is known
+        self._reader = Reader(TransmissionImpedance)
+        self._reason = ""
+        self._writer = Writer(JointImpedance())
         self._publisher = self.create_publisher(JointImpedance, "joint_impedance", RELIABLE)
         self._springs: list[Spring | None] = [None, None]
         self._range_ns = 0
@@ -47,7 +51,11 @@ class JointNode(SuiteNode[JointConfig]):
         """Subscribe to both sides; whoever calls `take` overrides this."""
         return [
             self.create_subscription(
-                TransmissionImpedance, f"transmission_{side + 1}/impedance", partial(self._on_side, side), RELIABLE
+                TransmissionImpedance,
+                f"transmission_{side + 1}/impedance",
+                partial(self._on_side, side),
+                RELIABLE,
+                raw=True,
             )
             for side in (0, 1)
         ]
@@ -88,8 +96,8 @@ class JointNode(SuiteNode[JointConfig]):
             if estimate is not None:
                 self._publish(estimate)
 
-    def _on_side(self, side: int, message: TransmissionImpedance) -> None:
-        self.take(side, side_of(message, nanoseconds(message.header.stamp)))
+    def _on_side(self, side: int, data: bytes) -> None:
+        self.take(side, side_of(*self._reader.read(data)))
 
     def _on_state(self, side: int, message: EstimatorState) -> None:
         self._springs[side] = learned_spring(message) if message.k2_valid else None
@@ -104,60 +112,57 @@ class JointNode(SuiteNode[JointConfig]):
         if first is not None and second is not None and newest.force_valid:
             found = reachable(-newest.motion_torque, (first, second), self._joint, self.config)
         with self.lock:
-            self._message.stiffness_range_valid = found is not None
-            if found is not None:
-                self._message.stiffness_min, self._message.stiffness_max = found.stiffness_min, found.stiffness_max
+            if found is None:
+                self._range = (*self._range[:2], False)
+            else:
+                self._range = (found.stiffness_min, found.stiffness_max, True)
 
     def _on_watch(self) -> None:
         with self.lock:
             estimate = self._fusion.check(time.monotonic_ns())
             if estimate is not None:
-                self._message.stiffness_range_valid = False
+                self._range = (*self._range[:2], False)
                 self._publish(estimate)
 
     def _publish(self, estimate: JointEstimate) -> None:
-        fill(self._message, estimate)
-        self._publisher.publish(self._message)
+        if estimate.reason != self._reason:
+            self._reason = estimate.reason
+            self._writer = Writer(JointImpedance(reason=estimate.reason))
+        self._publisher.publish(self._writer.write(estimate.stamp_ns, self._row(estimate)))
+
+    def _row(self, e: JointEstimate) -> tuple[float, ...]:
+        """The numbers of a JointImpedance in the order of its fields."""
+        first_ns, second_ns = e.transmission_stamp_ns
+        return (
+            *divmod(first_ns, NANOSECONDS), *divmod(second_ns, NANOSECONDS),
+            e.stiffness, e.stiffness_variance, e.stiffness_valid, e.damping, e.damping_variance, e.damping_valid,
+            e.inertia, e.inertia_variance, e.inertia_valid, e.valid_frequency, self._reflection,
+            *e.tension, *e.tension_variance, e.tension_valid, e.internal_force, e.internal_force_variance,
+            e.motion_torque, e.motion_torque_variance, e.co_contraction, e.co_contraction_variance, e.force_valid,
+            *self._range, e.status, *e.transmission_status, e.reset_count, e.reset_reason,
+        )  # fmt: skip
 
 
-def side_of(message: Any, stamp_ns: int) -> Side:
-    """What the fusion takes from a TransmissionImpedance, or from anything whose fields are named so."""
-    return Side(
-        stamp_ns,
-        message.force,
-        message.force_variance,
-        message.force_valid,
-        Rod(
-            message.stiffness,
-            message.damping,
-            message.inertia,
-            message.stiffness_variance,
-            message.damping_variance,
-            message.inertia_variance,
-            message.stiffness_damping_covariance,
-            message.stiffness_inertia_covariance,
-            message.damping_inertia_covariance,
-        ),
-        message.stiffness_valid,
-        message.damping_valid,
-        message.inertia_valid,
-        min(message.status, Status.FAULT),
-        message.reset_count,
-        message.reset_reason,
-    )
+def side_of(stamp_ns: int, impedance: Sequence[float]) -> Side:
+    """What the fusion takes from the numbers of a TransmissionImpedance, in the order of its fields."""
+    status = min(_STATUS(impedance), Status.FAULT)
+    row = (stamp_ns, *_FORCE(impedance), Rod(*_ROD(impedance)), *_VALID(impedance), status, *_RESET(impedance))
+    return Side(*row)
 
 
-def fill(message: JointImpedance, estimate: JointEstimate) -> None:
-    """Write an estimate into a message that is used again for every pair."""
-    set_stamp(message.header.stamp, estimate.stamp_ns)
-    set_stamp(message.transmission_stamp[0], estimate.transmission_stamp_ns[0])
-    set_stamp(message.transmission_stamp[1], estimate.transmission_stamp_ns[1])
-    for name in _SAME:
-        setattr(message, name, getattr(estimate, name))
+def _places(*names: str) -> Callable[[Sequence[float]], Any]:
+    fields = list(TransmissionImpedance.get_fields_and_field_types())[1:]
+    return itemgetter(*(fields.index(name) for name in names))
 
 
-_OTHERWISE = ("stamp_ns", "transmission_stamp_ns", "maxwell_exceeds_mass")
-_SAME = tuple(name for name in JointEstimate.__dataclass_fields__ if name not in _OTHERWISE)
+_FORCE = _places("force", "force_variance", "force_valid")
+_ROD = _places(
+    "stiffness", "damping", "inertia", "stiffness_variance", "damping_variance", "inertia_variance",
+    "stiffness_damping_covariance", "stiffness_inertia_covariance", "damping_inertia_covariance",
+)  # fmt: skip
+_VALID = _places("stiffness_valid", "damping_valid", "inertia_valid")
+_STATUS = _places("status")
+_RESET = _places("reset_count", "reset_reason")
 
 
 def main() -> int:
