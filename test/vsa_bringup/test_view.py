@@ -15,7 +15,7 @@ from vsa_bringup.view_events import Events, Tally, Turns
 from vsa_bringup.view_reason import why_no_data
 from vsa_bringup.view_server import Server
 from vsa_bringup.view_show import Show
-from vsa_bringup.view_wire import Wire
+from vsa_bringup.wire import Wire
 from vsa_common.stamps import set_stamp
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 

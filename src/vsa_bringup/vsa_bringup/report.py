@@ -3,7 +3,7 @@
 import argparse
 import platform
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -12,13 +12,16 @@ import numpy as np
 from vsa_bringup.report_data import Run, read_run
 from vsa_bringup.report_figures import plates
 from vsa_bringup.report_page import page
+from vsa_bringup.report_prints import beside
 from vsa_bringup.report_tables import Table, health_table, joint_table, table_1
 from vsa_bringup.report_truth import Truths, read_truth
 from vsa_common.bags import BagError
-from vsa_common.figures import save, save_pdf, text_page
+from vsa_common.figures import lay_out, save, save_pdf, text_page
 from vsa_common.tables import TableError
+from vsa_common.terminal import progress
 
 LIBRARIES = ("vsa_bringup", "numpy", "scipy", "rosbags", "matplotlib")
+STEPS = 3  # reading, drawing, writing
 BESIDE = ("parameters.yaml", "summary.json")  # shown in full where they lie in the bag or beside it
 
 
@@ -27,7 +30,8 @@ def main(args: list[str] | None = None) -> int:
     options = _parser().parse_args(args)
     out = options.out or options.bag.resolve().parent
     try:
-        where = write(options.bag, out, options.truth)
+        with progress(STEPS, "reading the bag", count=True) as bar:
+            where = write(options.bag, out, options.truth, tell=lambda text: bar.advance(text=text))
     except (BagError, TableError, OSError) as error:
         print(f"report: {error}", file=sys.stderr)
         return 1
@@ -35,26 +39,43 @@ def main(args: list[str] | None = None) -> int:
     return 0
 
 
-def write(bag: Path | str, out: Path | str, truth: Path | str | None = None, prints: bool = True) -> Path:
+def write(
+    bag: Path | str,
+    out: Path | str,
+    truth: Path | str | None = None,
+    prints: bool = True,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Path:
     """Write `out`/report.html and, as `prints`, report.pdf and figures/*.png of a bag; returns the path of the page.
 
     `truth` is the CSV file of the simulated rig; without it, truth.csv is taken where it lies in the bag or beside it.
-    Raises BagError or TableError with one line where there is nothing to report.
+    `tell` hears what comes next. Raises BagError or TableError with one line where there is nothing to report.
     """
     run, out = read_run(Path(bag)), Path(out)
     found = Path(truth) if truth else next(_beside(run.path, "truth.csv"), None)
+    tell("drawing")
     known = read_truth(found, run) if found else {}
     drawn, tables = list(plates(run, known)), list(all_tables(run, known))
+    for plate in drawn:
+        lay_out(plate.figure)
     out.mkdir(parents=True, exist_ok=True)
     title, lead = f"Impedance report: {run.path.resolve().name}", describe(run)
     target = out / "report.html"
-    target.write_text(page(title, lead, warnings(run), tables, drawn, _texts(run)), encoding="utf-8")
-    if not prints:
-        return target
-    first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
-    save_pdf([first, *(plate.figure for plate in drawn)], out / "report.pdf")
-    for plate in drawn:
-        save(plate.figure, out / "figures" / f"{plate.name}.png")
+
+    def write_page() -> None:
+        target.write_text(page(title, lead, warnings(run), tables, drawn, _texts(run)), encoding="utf-8")
+
+    def write_pdf() -> None:
+        first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
+        save_pdf([first, *(plate.figure for plate in drawn)], out / "report.pdf")
+
+    def write_pictures() -> None:
+        for plate in drawn:
+            save(plate.figure, out / "figures" / f"{plate.name}.png")
+
+    tell("writing page, PDF and pictures")
+    with beside(*([write_pdf, write_pictures] if prints else [])):
+        write_page()
     return target
 
 

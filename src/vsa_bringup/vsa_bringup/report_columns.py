@@ -1,6 +1,6 @@
 """Messages of one topic as columns of numbers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import Any
@@ -43,30 +43,28 @@ class Series:
 
 
 class Gatherer:
-    """Messages of one topic on their way to a Series: one number each, named `single`, or all that they hold."""
+    """Messages of one topic on their way to a Series: numbers with their `names`, or whole messages."""
 
-    def __init__(self, topic: Topic, single: str = "") -> None:
+    def __init__(self, topic: Topic, names: Sequence[str] = ()) -> None:
         self.topic = topic
         self.stamps: list[int] = []
         self._receives: list[int] = []
         self._rows: list[tuple[float, ...]] = []
-        self._names = [single]
+        self._names = list(names)
         self._pick: Callable[[Any], tuple[float, ...]] | None = None
         self._last: Any = None
 
-    def take(self, receive_ns: int, stamp_ns: int, value: float) -> None:
-        """A message that is one number."""
+    def take(self, receive_ns: int, stamp_ns: int, values: tuple[float, ...]) -> None:
+        """The numbers of a message."""
         self._receives.append(receive_ns)
         self.stamps.append(stamp_ns)
-        self._rows.append((value,))
+        self._rows.append(values)
 
     def add(self, receive_ns: int, message: Any) -> None:
         """A message of ours, of many numbers."""
         if self._pick is None:
             self._names, self._pick = _numbers(message)
-        self._receives.append(receive_ns)
-        self.stamps.append(nanoseconds(message.header.stamp))
-        self._rows.append(self._pick(message))
+        self.take(receive_ns, nanoseconds(message.header.stamp), self._pick(message))
         self._last = message
 
     def series(self, start_ns: int) -> Series:
@@ -89,16 +87,6 @@ def first_stamp(stamps: list[int]) -> int:
 
 
 def _numbers(message: Any) -> tuple[list[str], Callable[[Any], tuple[float, ...]]]:
-    """Names of a message's scalars and, numbered from 1, of its pairs; and how to get them quickly."""
-    values = {item.name: getattr(message, item.name) for item in fields(message)}
-    scalars = [name for name, value in values.items() if isinstance(value, bool | int | float)]
-    pairs = [name for name, value in values.items() if isinstance(value, np.ndarray) and value.shape == (2,)]
-    get = attrgetter(*scalars)
-
-    def pick(message: Any) -> tuple[float, ...]:
-        numbers = get(message)
-        for name in pairs:
-            numbers += tuple(getattr(message, name))
-        return numbers
-
-    return scalars + [f"{name}_{i}" for name in pairs for i in (1, 2)], pick
+    """Names of a message's scalars, and how to get them quickly."""
+    names = [one.name for one in fields(message) if isinstance(getattr(message, one.name), bool | int | float)]
+    return names, attrgetter(*names)

@@ -2,16 +2,18 @@
 
 import re
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from vsa_bringup.report_columns import Gatherer, Series, first_stamp
-from vsa_common.bags import BagError, Topic, read, read_raw, topics
+from vsa_bringup.wire import Wire
+from vsa_common.bags import BagError, Topic, fields, read, read_raw, topics
 from vsa_common.stamps import NANOSECONDS, nanoseconds
-from vsa_estimator.recordings import decode_joint_state, decode_wrench, is_complete
+from vsa_estimator.recordings import decode_joint_state, decode_torque, decode_wrench, is_complete
 
 WRENCH, JOINT_STATE = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
 IMPEDANCE, STATE = "vsa_msgs/msg/TransmissionImpedance", "vsa_msgs/msg/EstimatorState"
@@ -24,7 +26,10 @@ _TYPES = {
     "force": WRENCH, "encoder": JOINT_STATE, "impedance": IMPEDANCE, "estimator_state": STATE,
     "joint_impedance": JOINT, "joint_states": JOINT_STATE, "external_torque": WRENCH,
 }  # fmt: skip
-_SINGLE = {"force": "force", "encoder": "position", "joint_states": "position", "external_torque": "torque"}
+_SINGLE: dict[str, tuple[str, Callable[[bytes], tuple[int, float]]]] = {  # topics of one number
+    "force": ("force", decode_wrench), "encoder": ("position", decode_joint_state),
+    "joint_states": ("position", decode_joint_state), "external_torque": ("torque", decode_torque),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -83,9 +88,11 @@ def read_run(path: Path) -> Run:
         raise BagError(
             f"{path}: none of the suite's topics, expected .../transmission_N/impedance or such; found {held}"
         )
-    gathered = {name: Gatherer(found[name], _SINGLE.get(match["leaf"], "")) for name, match in ours.items()}
+    fast = {name: _fast(path, name, match["leaf"]) for name, match in ours.items() if found[name].type_name != STATE}
+    gathered = {name: Gatherer(found[name], fast[name].names if name in fast else ()) for name in ours}
     try:
-        _gather_numbers(path, {name: match["leaf"] for name, match in ours.items()}, gathered)
+        for name, receive_ns, data in read_raw(path, fast):
+            gathered[name].take(receive_ns, *fast[name].read(data))
     except struct.error as error:
         raise BagError(f"{path}: a message ends too early: {error}") from error
     counters, complaints = _gather_messages(path, found, gathered)
@@ -117,27 +124,43 @@ def _match(topic: Topic) -> re.Match[str] | None:
     return match if match and _TYPES[match["leaf"]] == topic.type_name else None
 
 
-def _gather_numbers(path: Path, leaves: Mapping[str, str], gathered: dict[str, Gatherer]) -> None:
-    """The sensors' topics, most of the messages of a bag, by fast decoders."""
-    decoders: dict[str, Callable[[bytes], tuple[int, float]]] = {
-        "force": decode_wrench, "encoder": decode_joint_state, "joint_states": decode_joint_state,
-    }  # fmt: skip
-    wanted = {name: decoders[leaf] for name, leaf in leaves.items() if leaf in decoders}
-    for name, receive_ns, data in read_raw(path, wanted):
-        gathered[name].take(receive_ns, *wanted[name](data))
+class _Fast(NamedTuple):
+    """A topic's numbers straight from the bytes: most of the messages of a bag."""
+
+    names: Sequence[str]
+    read: Callable[[bytes], tuple[int, tuple[float, ...]]]
+
+
+def _fast(path: Path, topic: str, leaf: str) -> _Fast:
+    if leaf in _SINGLE:
+        name, decode = _SINGLE[leaf]
+
+        def read_one(data: bytes) -> tuple[int, tuple[float, ...]]:
+            stamp_ns, value = decode(data)
+            return stamp_ns, (value,)
+
+        return _Fast([name], read_one)
+    wire = Wire(fields(path, topic))
+    numbers = [i for i, name in enumerate(wire.names) if name != "reason"]
+    pick = itemgetter(*numbers) if len(numbers) > 1 else tuple
+
+    def read_many(data: bytes) -> tuple[int, tuple[float, ...]]:
+        stamp_ns, values = wire.read(data)
+        return stamp_ns, pick(values)
+
+    return _Fast([wire.names[i] for i in numbers], read_many)
 
 
 def _gather_messages(
     path: Path, found: dict[str, Topic], gathered: dict[str, Gatherer]
 ) -> tuple[dict[str, dict[str, dict[int, int]]], list[Complaint]]:
-    """Everything else: our messages, counters by namespace and transmission, and what was said on /diagnostics."""
-    ours = [one.topic.name for one in gathered.values() if one.topic.type_name.startswith("vsa_msgs/")]
-    torques = [one.topic.name for one in gathered.values() if one.topic.name.endswith("/external_torque")]
+    """Everything else: the estimators' state, counters by namespace and transmission, and what /diagnostics said."""
+    states = [one.topic.name for one in gathered.values() if one.topic.type_name == STATE]
     others = [topic.name for topic in found.values() if topic.type_name in (COUNTERS, DIAGNOSTICS)]
     counters: dict[str, dict[str, dict[int, int]]] = {}
     said: dict[tuple[str, int, str], tuple[int, int]] = {}
     start_ns = 0
-    for name, receive_ns, message in read(path, ours + torques + others):
+    for name, receive_ns, message in read(path, states + others):
         start_ns = start_ns or receive_ns
         if found[name].type_name == COUNTERS:
             space, _, side = name.removesuffix("/capture_counters").rpartition("/")
@@ -148,8 +171,6 @@ def _gather_messages(
                 key = (status.name, int(status.level), status.message)
                 first, count = said.get(key, (receive_ns, 0))
                 said[key] = (first, count + 1)
-        elif name in torques:
-            gathered[name].take(receive_ns, nanoseconds(message.header.stamp), message.wrench.torque.z)
         else:
             gathered[name].add(receive_ns, message)
     complaints = [

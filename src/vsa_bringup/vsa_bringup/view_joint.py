@@ -6,7 +6,7 @@ from typing import Any
 
 from vsa_bringup.view_core import SILENT, Delays, Stream, quantity, status_word
 from vsa_bringup.view_events import Events, Turns
-from vsa_bringup.view_wire import Wire
+from vsa_bringup.wire import Wire
 
 _QUANTITIES = ("stiffness", "damping", "inertia")
 _FIELDS = tuple(name + end for name in _QUANTITIES for end in ("", "_variance", "_valid"))

@@ -6,7 +6,7 @@ from typing import Any
 
 from vsa_bringup.view_core import SILENT, Stream, lost, quantity, status_word
 from vsa_bringup.view_events import Events, Tally, Turns
-from vsa_bringup.view_wire import Wire
+from vsa_bringup.wire import Wire
 from vsa_estimator.values import Reset
 
 RATE_FILTER = 0.19  # of the force rate, what section VI implies [s]

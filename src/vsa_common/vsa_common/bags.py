@@ -19,6 +19,7 @@ from mcap.stream_reader import StreamReader
 from rosbags.interfaces import (
     Connection,
     MessageDefinitionFormat,
+    Nodetype,
     Qos,
     QosDurability,
     QosHistory,
@@ -73,6 +74,22 @@ def read_raw(path: str | Path, topics: Collection[str] | None = None) -> Iterato
     """As `read`, with the serialized bytes (CDR) in place of the message."""
     for name, receive_ns, _, data, _ in _raw(Path(path), topics):
         yield name, receive_ns, bytes(data)
+
+
+def fields(path: str | Path, topic: str) -> dict[str, str]:
+    """Fields of a topic's messages as the bag defines them: kind by name, in rosidl's words; none without a message."""
+    for _, _, type_name, _, store in _raw(Path(path), [topic]):
+        return {name: _kind(*shape) for name, shape in store.get_msgdef(type_name).fields}
+    return {}
+
+
+def _kind(node: Nodetype, shape: Any) -> str:
+    """A field's type in the words of rosidl: double, uint8[2], sequence<string>, std_msgs/Header."""
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        element, length = _kind(*shape[0]), shape[1]
+        return f"{element}[{length}]" if node == Nodetype.ARRAY else f"sequence<{element}>"
+    name = shape[0] if node == Nodetype.BASE else shape.replace("/msg/", "/")
+    return {"float64": "double", "float32": "float", "bool": "boolean"}.get(name, name)
 
 
 def topics(path: str | Path) -> dict[str, Topic]:

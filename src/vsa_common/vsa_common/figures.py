@@ -121,7 +121,7 @@ def text_page(title: str, lines: Sequence[str], tables: Sequence[tuple[str, Sequ
     return figure
 
 
-def _lay_out(figure: Figure) -> None:
+def lay_out(figure: Figure) -> None:
     """Make room for every label, once for all files that the figure is written to."""
     if figure.get_layout_engine() is not None:
         figure.draw_without_rendering()
@@ -142,7 +142,7 @@ def _table(figure: Figure, rows: Sequence[Sequence[str]], y: float, step: float)
 
 def save(figure: Figure, path: str | Path) -> None:
     """Write the figure in the format that the suffix names (png, svg, pdf); makes the folder."""
-    _lay_out(figure)
+    lay_out(figure)
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, metadata={"Date": None} if Path(path).suffix == ".svg" else None)
 
@@ -152,13 +152,13 @@ def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     with PdfPages(path) as pages:
         for figure in figures:
-            _lay_out(figure)
+            lay_out(figure)
             pages.savefig(figure)
 
 
 def inline_svg(figure: Figure, name: str) -> str:
     """The figure as an <svg> element for an HTML page; `name` keeps its ids apart from those of other figures."""
-    _lay_out(figure)
+    lay_out(figure)
     buffer = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": name}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})

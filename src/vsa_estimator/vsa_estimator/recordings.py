@@ -119,6 +119,12 @@ def decode_wrench(data: bytes) -> tuple[int, float]:
     return stamp_ns, struct.unpack_from(order + "d", data, _aligned(at))[0]
 
 
+def decode_torque(data: bytes) -> tuple[int, float]:
+    """Stamp [ns] and torque.z [N m] of a geometry_msgs/WrenchStamped in CDR."""
+    order, stamp_ns, at = _header(data)
+    return stamp_ns, struct.unpack_from(order + "d", data, _aligned(at) + 5 * 8)[0]
+
+
 def decode_joint_state(data: bytes) -> tuple[int, float]:
     """Stamp [ns] and first position [m] of a sensor_msgs/JointState in CDR; NaN where it has none."""
     order, stamp_ns, at = _header(data)
