@@ -182,7 +182,7 @@ def test_no_frame_raises_and_every_sample_is_finite(frames):
     taken = sum(
         count
         for name, count in counts.items()
-        if name.rsplit(".")[-1] in ("samples", "wrong_length", "foreign", "duplicates", "late")
+        if name.rsplit(".")[-1] in ("samples", "wrong_length", "foreign", "duplicates", "late", "implausible")
     )
     assert taken == len(frames)
 

@@ -55,8 +55,44 @@ def test_a_device_that_starts_anew_is_told_from_a_gap(before):
     counter = RollingCounter(16)
     feed(counter, range(before - 20, before))
     numbers = feed(counter, [0, 1, 2], start_ns=10**18 + 520 * MS)
-    assert numbers == [0, 1, 2]
-    assert (counter.restarts, counter.lost) == (1, 0)
+    assert numbers == [None, 1, 2]  # the first may be garbage; the second bears it out
+    assert (counter.restarts, counter.lost, counter.implausible) == (1, 0, 1)
+
+
+def test_garbage_among_the_numbers_is_counted_and_nothing_else_changes():
+    counter = RollingCounter(16)
+    assert feed(counter, [7, 8, 30_000, 9, 60_000, 200, 10, 11], period_ns=MS // 2) == [
+        7,
+        8,
+        None,
+        9,
+        None,
+        None,
+        10,
+        11,
+    ]
+    assert (counter.implausible, counter.lost, counter.restarts) == (3, 0, 0)
+
+
+def test_samples_that_all_come_fifty_milliseconds_late_are_counted_and_a_burst_that_catches_up_ends_it():
+    counter = RollingCounter(16)
+    feed(counter, range(1000), period_ns=2 * MS)
+    assert counter.delayed == 0
+    for number in range(1000, 1500):
+        counter.add(number, 10**18 + number * 2 * MS + 50 * MS)
+    assert 50 < counter.delayed <= 500
+    delayed = counter.delayed
+    for number in range(1500, 3000):
+        counter.add(number, 10**18 + max(number * 2 * MS, 1500 * 2 * MS + 48 * MS + number))
+    assert counter.delayed <= delayed + 25
+    assert (counter.lost, counter.restarts) == (0, 0)
+
+
+def test_garbage_among_the_counts_does_not_shift_the_unwrapped_value_for_good():
+    count = Unwrapped(period=65536, centre=1000, reach=2150)
+    for garbage in (30_000, 60_000, 25_000, 55_000, 20_000, 50_000, 10_000):
+        count.add(garbage)
+    assert [count.add(raw) for raw in (1000, 65_530, 2000)] == [1000, -6, 2000]
 
 
 @pytest.mark.parametrize("silence", [5_000, 40_000, 65_600, 200_000])

@@ -56,8 +56,11 @@ class TransmissionCapture:
         self._force_index, self._encoder_index = (self.stream.roles.index(role) for role in ("force", "encoder"))
         signal = next(part.signal("encoder") for part in self.stream.sources if "encoder" in part.roles)
         middle = (settings.deflection_min + settings.deflection_max) / 2
+        ends = [self._deflection.inverse(end) for end in (settings.deflection_min, settings.deflection_max)]
         self._count = Unwrapped(
-            period=signal.step * 2.0 ** (settings.encoder_bits or signal.bits), centre=self._deflection.inverse(middle)
+            period=signal.step * 2.0 ** (settings.encoder_bits or signal.bits),
+            centre=self._deflection.inverse(middle),
+            reach=abs(ends[1] - ends[0]),
         )
 
     def add(self, index: int, data: bytes, stamp_ns: int) -> Sample | None:

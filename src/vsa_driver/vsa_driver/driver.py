@@ -10,6 +10,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.joints import joints
 from vsa_common.node import ERROR, OK, WARN, Health, SuiteNode, run
+from vsa_common.recent import Recent, described
 from vsa_driver.bus import BusError, Frame
 from vsa_driver.calibration import TareError
 from vsa_driver.capture import JointSample, MotorSample, Sample
@@ -46,7 +47,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._heard_ns = dict.fromkeys(self._router.transmissions, 0)
         self._holding = False
         self._slowest_ns = 0
-        self._reported: dict[str, int] = {}
+        self._recent = Recent()
         self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
         self._rig = RigTopics(self, self._motors)
         self._link = BusLink(config.bus, self._on_frame, self._on_down)
@@ -95,20 +96,18 @@ class DriverNode(SuiteNode[DriverSettings]):
             **counts,
         }
         self._slowest_ns = 0
-        before, self._reported = self._reported, counts
+        failures = {"bus_failures": self._link.failures}
+        troubles = {name: count for name, count in (counts | failures).items() if not name.endswith(".samples")}
+        trouble = self._recent.rises(troubles, time.monotonic())
         if not self._link.up:
             return ERROR, f"bus down: {self._link.reason or 'nobody reads it'}", values
         silent = self._silent()
         if silent:
-            return ERROR, f"no samples of {' and '.join(silent)}", values
-        trouble = [
-            f"{name} +{count - before.get(name, 0)}"
-            for name, count in counts.items()
-            if count > before.get(name, 0) and not name.endswith(".samples")
-        ]
+            failed = f"{self._link.last_reason}, then " if "bus_failures" in trouble else ""
+            return ERROR, f"{failed}no samples of {' and '.join(silent)}", values
         if trouble:
-            self.get_logger().warning(", ".join(trouble), throttle_duration_sec=LOG_EVERY_S)
-            return WARN, f"in the last second: {', '.join(trouble)}", values
+            self.get_logger().warning(described(trouble), throttle_duration_sec=LOG_EVERY_S)
+            return WARN, described(trouble), values
         return OK, "active", values
 
     # In the thread that reads the bus.

@@ -24,6 +24,7 @@ class BusLink:
         self.failures = 0
         self.reopened = 0
         self.reason = ""  # why the bus is down; empty while it is up
+        self.last_reason = ""  # why it was down the last time
         self._config = config
         self._on_frame = on_frame
         self._on_down = on_down
@@ -78,7 +79,7 @@ class BusLink:
 
     def _fail(self, reason: str) -> None:
         self.failures += 1
-        self.reason = reason
+        self.reason = self.last_reason = reason
         self._drop()
         self._on_down(reason)
 

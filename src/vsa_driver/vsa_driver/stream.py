@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vsa_driver.counter import RollingCounter
+from vsa_driver.counter import COUNTED, RollingCounter
 from vsa_driver.frames import FrameError
 from vsa_driver.mapping import Source
 
@@ -64,7 +64,7 @@ class Stream:
         """Everything counted, by name."""
         counted = {name: getattr(self, name) for name in ("samples", "wrong_length", "out_of_range", "incomplete")}
         if self._counter is not None:
-            counted |= {name: getattr(self._counter, name) for name in ("lost", "duplicates", "late", "restarts")}
+            counted |= {name: getattr(self._counter, name) for name in COUNTED}
         return counted
 
     def _complete(self, index: int, values: tuple[float, ...], stamp_ns: int) -> bool:
