@@ -14,7 +14,7 @@ from vsa_bringup.isolation import IsolationError
 from vsa_bringup.live_bench.cast import COMPOSED, MODES, ORDINARY, SEPARATE, Case
 from vsa_bringup.live_bench.performance import perform
 from vsa_bringup.live_bench.report import HEADER, NOTE, plot, row
-from vsa_bringup.processes import ProcessError
+from vsa_bringup.processes import ProcessError, renice
 from vsa_common.terminal import progress, show_table
 
 RATES = (100, 200, 500, 1000, 2000)
@@ -34,6 +34,7 @@ def main(argv: list[str] | None = None) -> int:
     runs: list[dict[str, Any]] = []
     cases = _cases(options)
     try:
+        renice(options.nice)
         with tempfile.TemporaryDirectory() as scratch, progress(len(cases), "", count=True) as bar:
             for i, case in enumerate(cases):
                 bar.advance(0, f"{case.mode}, {case.joints} x {case.rate_hz} Hz")
@@ -42,15 +43,22 @@ def main(argv: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("bench live: stopped", file=sys.stderr)
         return 130
-    except (ProcessError, IsolationError) as error:
+    except (ProcessError, IsolationError, PermissionError) as error:
         print(f"bench live: {error}", file=sys.stderr)
         return 1
     cores, seconds = len(os.sched_getaffinity(0)), f"{cases[0].duration_s:g}"
     show_table(f"{cores} cores, {seconds} s a run", HEADER, [row(run) for run in runs], NOTE)
     if options.json:
-        machine = {"cores": cores, "kernel": platform.release(), "python": platform.python_version()}
+        machine = {
+            "cores": cores,
+            "nice": options.nice,
+            "kernel": platform.release(),
+            "python": platform.python_version(),
+        }
         options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(json.dumps({"machine": machine, "runs": runs}, indent=1) + "\n")
+        options.json.write_text(
+            json.dumps({"machine": machine, "runs": runs}, indent=1) + "\n"
+        )
     if options.plot:
         plot(runs, options.plot)
     return 0
@@ -61,7 +69,7 @@ def _cases(options: argparse.Namespace) -> list[Case]:
     chosen = QUICK if options.quick else DEFAULT
     if options.mode or options.rate or options.joints:
         chosen = tuple(product(options.mode or (SEPARATE, COMPOSED), options.rate or (1000,), options.joints or (1,)))
-    return [Case(*one, duration) for one in chosen for _ in range(options.repeat)]
+    return [Case(*one, duration, options.nice) for one in chosen for _ in range(options.repeat)]
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
@@ -76,6 +84,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--joints", nargs="+", type=int, choices=range(1, 9), metavar="N")
     parser.add_argument("--duration", type=float, metavar="S", help=f"of a run ({DURATION_S:g})")
     parser.add_argument("--repeat", type=int, default=1, metavar="N", help="runs of each kind")
+    parser.add_argument("--nice", type=int, default=0, metavar="N", help="-20 to 19: beside the machine's other work")
     parser.add_argument("--quick", action="store_true", help="1 kHz, separate and composed: within a minute")
     parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="png, svg or pdf")

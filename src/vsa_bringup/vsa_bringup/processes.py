@@ -40,6 +40,13 @@ def executable(package: str, name: str) -> str:
     return str(path)
 
 
+def renice(nice: int) -> None:
+    """Give this process, and its session, that weight. Raises PermissionError."""
+    os.setpriority(os.PRIO_PROCESS, 0, nice)
+    with contextlib.suppress(OSError):  # where the kernel weighs sessions, not processes
+        Path("/proc/self/autogroup").write_text(str(nice))
+
+
 class Process:
     """One process in a session of its own, with its output in a file."""
 
@@ -52,9 +59,7 @@ class Process:
             _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
             if os.getppid() != parent:  # it died before we asked to be told
                 os._exit(1)
-            os.nice(nice)
-            with contextlib.suppress(OSError):  # where the kernel weighs sessions, not processes
-                Path("/proc/self/autogroup").write_text(str(nice))
+            renice(nice)
 
         with log.open("wb") as output:
             self._popen = subprocess.Popen(

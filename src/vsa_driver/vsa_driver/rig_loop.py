@@ -128,8 +128,9 @@ class RigLoop:
         if self.faults.active:
             self.faults.expire(first)
             said = self._misread(said, first)
-        for side in range(2):
-            self._send(self._frames.transmission(side, first, said[side], int(said[2 + side])), side + 1)
+        pair = [self._frames.transmission(side, first, said[side], int(said[2 + side])) for side in range(2)]
+        for side, frame in enumerate(pair, 1):  # one right behind the other: both are of one instant
+            self._send(frame, side)
         number, rest = divmod(first, self._slow_every)
         if rest == 0:
             self._send(self._frames.joint(number, said[4], said[5]))

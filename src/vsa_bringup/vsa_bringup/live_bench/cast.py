@@ -8,6 +8,7 @@ from vsa_bringup.processes import executable
 from vsa_bringup.settings import Layer, base_parameters, write_parameters
 from vsa_bringup.stage import Part
 
+RIG_PRIORITY = 50  # where permitted: a real rig is no process that has to wait for others
 SEPARATE, COMPOSED, ORDINARY = MODES = ("separate", "composed", "ordinary_executor")
 
 
@@ -19,6 +20,7 @@ class Case:
     rate_hz: int
     joints: int
     duration_s: float
+    nice: int = 0  # of every process; below zero the machine's other work has to wait
 
     @property
     def namespaces(self) -> list[str]:
@@ -51,9 +53,9 @@ def rigs(case: Case) -> list[Member]:
 def suite(case: Case) -> list[Member]:
     """The processes that are measured. One driver serves all joints."""
     if case.mode == COMPOSED:
-        return [Member("composed", "vsa_bringup", "composed")]
+        return [Member("composed", "vsa_bringup", "composed", nice=case.nice)]
     ordinary = case.mode == ORDINARY
-    members = [Member("driver", "vsa_driver", "driver", node="driver", ordinary=ordinary)]
+    members = [Member("driver", "vsa_driver", "driver", nice=case.nice, node="driver", ordinary=ordinary)]
     for space in case.namespaces:
         members += [
             _member(case, "vsa_estimator", "estimator", "estimator_1", space, ordinary),
@@ -65,12 +67,17 @@ def suite(case: Case) -> list[Member]:
 
 def _member(case: Case, package: str, executable: str, node: str, space: str, ordinary: bool = False) -> Member:
     name = node if case.joints == 1 else f"{space}_{node}"
-    return Member(name, package, executable, namespace=space, node=node, ordinary=ordinary)
+    return Member(name, package, executable, nice=case.nice, namespace=space, node=node, ordinary=ordinary)
 
 
 def write_case(path: Path, case: Case, first_port: int) -> None:
     """The parameter file: the paper's rig for every joint, each on a bus of its own."""
-    rig = {"rate_hz": case.rate_hz, "duration": case.duration_s, "autostart_clock": False}
+    rig = {
+        "rate_hz": case.rate_hz,
+        "duration": case.duration_s,
+        "autostart_clock": False,
+        "realtime": {"priority": RIG_PRIORITY},
+    }
     layers: list[Layer] = [base_parameters(), {"rig_simulator": rig}]
     for i, space in enumerate(case.namespaces):
         bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={first_port + i}"]}
