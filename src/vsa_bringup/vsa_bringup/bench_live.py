@@ -56,9 +56,7 @@ def main(argv: list[str] | None = None) -> int:
             "python": platform.python_version(),
         }
         options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(
-            json.dumps({"machine": machine, "runs": runs}, indent=1) + "\n"
-        )
+        options.json.write_text(json.dumps({"machine": machine, "runs": runs}, indent=1) + "\n")
     if options.plot:
         plot(runs, options.plot)
     return 0
