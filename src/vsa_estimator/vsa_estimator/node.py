@@ -11,6 +11,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from vsa_common.cdr import Writer, read_position, read_wrench
 from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
+from vsa_common.recent import Recent, described
 from vsa_common.stamps import set_stamp
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.pairing import Pairing
@@ -50,7 +51,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._state_period_ns = int(1e9 / config.state_rate)
         self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
         self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = self._watched_ns = 0
-        self._stamp_seen_ns = 0
+        self._stamp_seen_ns = -1
+        self._recent = Recent()
         self._ros_clock = self.get_clock()
         self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
@@ -91,13 +93,20 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             "resets": state.reset_count,
             "last_reset": Reset(state.reset_reason).name,
         }
-        values |= {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
-        refused = [topic for topic, count in self._refused.items() if count]
-        if refused and status is not Status.VALID:
-            return WARN, f"stamps of {' and '.join(refused)} are zero or in the future", values
+        refused = {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
+        values |= refused
+        lost = {name: getattr(state, name) for name in ("samples_dropped", "force_rejected", "deflection_rejected")}
+        lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count, "messages_lost": self.messages_lost}
+        trouble = self._recent.rises(lost | refused, time.monotonic())
+        wrong = [topic for topic in self._refused if f"refused_stamps {topic}" in trouble]
+        if wrong:
+            return WARN, f"stamps of {' and '.join(wrong)} are zero or in the future", values
         if status is Status.STALE:
             return STALE, "no samples", values
-        return _LEVEL.get(status, WARN), state.reason or "active", values
+        words = [state.reason] if state.reason else []
+        words += [described(trouble)] if trouble else []
+        level = WARN if trouble and status is Status.VALID else _LEVEL.get(status, WARN)
+        return level, "; ".join(words) or "active", values
 
     def _on_force(self, data: bytes) -> None:
         stamp_ns, force = read_wrench(data, WrenchStamped)
@@ -173,9 +182,15 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         silence_ns = now_ns - self._arrival_ns
         if silence_ns > SILENT * 1e9:
             with self.lock:
-                estimate = self._estimator.coast(self._stamp_ns + silence_ns)
+                estimate = self._estimator.coast(self._stamp_ns + self._silence(silence_ns))
                 if estimate is not None:
                     self._publish(estimate)
+
+    def _silence(self, silence_ns: int) -> int:
+        """Of the sensors' clock: a simulated one that stands still lets nothing grow old."""
+        if not self._ros_clock.ros_time_is_active:
+            return silence_ns
+        return min(silence_ns, self._ros_clock.now().nanoseconds - self._stamp_ns)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self.lock:
