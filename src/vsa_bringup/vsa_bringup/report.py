@@ -1,6 +1,7 @@
 """`report BAG`: the paper's figures and table from a recording, as HTML, PDF and PNG."""
 
 import argparse
+import gc
 import platform
 import sys
 from collections.abc import Callable, Iterator
@@ -28,6 +29,7 @@ BESIDE = ("parameters.yaml", "summary.json")  # shown in full where they lie in 
 def main(args: list[str] | None = None) -> int:
     """Write the report of one bag; 1 with one line on stderr where it cannot."""
     options = _parser().parse_args(args)
+    gc.disable()  # a short life with millions of small tuples and no cycle worth a search
     out = options.out or options.bag.resolve().parent
     try:
         with progress(STEPS, "reading the bag", count=True) as bar:

@@ -88,7 +88,9 @@ def read_run(path: Path) -> Run:
         raise BagError(
             f"{path}: none of the suite's topics, expected .../transmission_N/impedance or such; found {held}"
         )
-    fast = {name: _fast(path, name, match["leaf"]) for name, match in ours.items() if found[name].type_name != STATE}
+    fullest = {ours[name]["leaf"]: name for name in sorted(ours, key=lambda name: found[name].messages)}
+    ways = {leaf: _fast(path, name, leaf) for leaf, name in fullest.items() if leaf != "estimator_state"}
+    fast = {name: ways[match["leaf"]] for name, match in ours.items() if match["leaf"] in ways}
     gathered = {name: Gatherer(found[name], fast[name].names if name in fast else ()) for name in ours}
     try:
         for name, receive_ns, data in read_raw(path, fast):

@@ -96,7 +96,7 @@ def topics(path: str | Path) -> dict[str, Topic]:
     """What a bag holds. Raises BagError where it cannot be read."""
     reader = _open(Path(path))
     if reader is not None:
-        with reader:
+        with contextlib.closing(reader):
             return {c.topic: Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections}
     counts: dict[str, Topic] = {}
     for name, _, type_name, _, _ in _raw(Path(path), None):
@@ -112,7 +112,7 @@ def _raw(path: Path, wanted: Collection[str] | None) -> Iterator[_Raw]:
     if reader is None:
         yield from _salvage(_files(path, ".mcap"), wanted)
         return
-    with reader:
+    with contextlib.closing(reader):
         connections = [c for c in reader.connections if wanted is None or c.topic in wanted]
         store = _store(connections)
         if connections:
@@ -121,7 +121,7 @@ def _raw(path: Path, wanted: Collection[str] | None) -> Iterator[_Raw]:
 
 
 def _open(path: Path) -> Reader | None:
-    """A reader that is known to open; None for an MCAP recording that was cut off."""
+    """An open reader; None for an MCAP recording that was cut off."""
     if not path.exists():
         raise BagError(f"{path}: no such bag")
     source = path
@@ -133,9 +133,9 @@ def _open(path: Path) -> Reader | None:
             raise BagError(f"{path}: no bag, expected metadata.yaml, a .mcap or a .db3 file")
         source = databases[0]
     try:
-        with Reader(source):
-            pass
-        return Reader(source)
+        reader = Reader(source)
+        reader.open()
+        return reader
     except (ReaderError, OSError, *_DAMAGE) as error:
         if _files(path, ".mcap"):
             return None
