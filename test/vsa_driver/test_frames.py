@@ -1,5 +1,7 @@
 """The DBC door: literal frames."""
 
+import cantools
+import numpy as np
 import pytest
 from vsa_driver.frames import RIG_DBC, FrameError, FrameSet
 
@@ -102,3 +104,15 @@ def test_a_dbc_that_is_not_there_or_no_dbc_gets_one_line(tmp_path):
         with pytest.raises(FrameError, match=f"cannot read DBC {path}") as caught:
             FrameSet(path)
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["Transmission1", "Joint", "MotorState", "MotorCommand"])
+def test_the_quick_reader_reads_what_cantools_decodes(name):
+    message = FrameSet(RIG_DBC).message(name)
+    reference = cantools.database.load_file(RIG_DBC).get_message_by_name(name)
+    names = [signal.name for signal in reference.signals]
+    read = message.reader(*names)
+    generator = np.random.default_rng(1)
+    for _ in range(200):
+        data = generator.bytes(reference.length)
+        assert read(data) == tuple(reference.decode(data)[signal] for signal in names)

@@ -1,7 +1,7 @@
 """The one door to cantools: a DBC file says what the bytes of a frame mean."""
 
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,8 +77,9 @@ class Message:
 
         It raises FrameError for a wrong length, and where a multiplexed frame does not carry the signal.
         """
-        for name in names:
-            self._signal(name)
+        signals = [self._signal(name) for name in names]
+        if not self._message.is_multiplexed() and all(map(_is_plain, signals)):
+            return self._plain_reader(signals)
 
         def read(data: bytes) -> Values:
             values = self.decode(data)
@@ -89,11 +90,36 @@ class Message:
 
         return read
 
+    def _plain_reader(self, signals: Sequence[CanSignal]) -> Callable[[bytes], Values]:
+        """The same by shifting one integer, a third of the time, for little-endian signals without choices of pages."""
+        fields = [(s.start, (1 << s.length) - 1, _sign(s), s.scale, s.offset) for s in signals]
+
+        def read(data: bytes) -> Values:
+            if len(data) != self.length:
+                raise FrameError(f"{self.name}: {len(data)} bytes, expected {self.length}")
+            word = int.from_bytes(data, "little")
+            return tuple(
+                [
+                    (((word >> start & mask) ^ sign) - sign) * scale + offset
+                    for start, mask, sign, scale, offset in fields
+                ]
+            )
+
+        return read
+
     def _signal(self, name: str) -> CanSignal:
         names = [signal.name for signal in self._message.signals]
         if name not in names:
             raise FrameError(f"message {self.name} has no signal {name!r}{_hint(name, names)}")
         return self._message.get_signal_by_name(name)
+
+
+def _is_plain(signal: CanSignal) -> bool:
+    return signal.byte_order == "little_endian" and not signal.is_float
+
+
+def _sign(signal: CanSignal) -> int:
+    return 1 << (signal.length - 1) if signal.is_signed else 0
 
 
 class FrameSet:

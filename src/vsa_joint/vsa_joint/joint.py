@@ -6,6 +6,7 @@ from functools import partial
 from operator import itemgetter
 from typing import Any
 
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from vsa_common.cdr import Reader, Writer
 from vsa_common.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
@@ -36,12 +37,16 @@ class JointNode(SuiteNode[JointConfig]):
         self._reason = ""
         self._writer = Writer(JointImpedance())
         self._publisher = self.create_publisher(JointImpedance, "joint_impedance", RELIABLE)
-        self._springs: list[Spring | None] = [None, None]
+        self._states: list[bytes | None] = [None, None]
         self._range_ns = 0
         self._inputs = self.listen()
         self._inputs += [
             self.create_subscription(
-                EstimatorState, f"transmission_{side + 1}/estimator_state", partial(self._on_state, side), RELIABLE
+                EstimatorState,
+                f"transmission_{side + 1}/estimator_state",
+                partial(self._on_state, side),
+                RELIABLE,
+                raw=True,
             )
             for side in (0, 1)
         ]
@@ -99,8 +104,8 @@ class JointNode(SuiteNode[JointConfig]):
     def _on_side(self, side: int, data: bytes) -> None:
         self.take(side, side_of(*self._reader.read(data)))
 
-    def _on_state(self, side: int, message: EstimatorState) -> None:
-        self._springs[side] = learned_spring(message) if message.k2_valid else None
+    def _on_state(self, side: int, data: bytes) -> None:
+        self._states[side] = data
         now_ns = time.monotonic_ns()
         if now_ns - self._range_ns > RANGE_PERIOD_NS:
             self._range_ns = now_ns
@@ -108,7 +113,7 @@ class JointNode(SuiteNode[JointConfig]):
 
     def _find_range(self) -> None:
         """Stiffness within reach under the present load, into the message."""
-        (first, second), newest, found = self._springs, self._fusion.newest, None
+        (first, second), newest, found = map(_spring, self._states), self._fusion.newest, None
         if first is not None and second is not None and newest.force_valid:
             found = reachable(-newest.motion_torque, (first, second), self._joint, self.config)
         with self.lock:
@@ -141,6 +146,13 @@ class JointNode(SuiteNode[JointConfig]):
             e.motion_torque, e.motion_torque_variance, e.co_contraction, e.co_contraction_variance, e.force_valid,
             *self._range, e.status, *e.transmission_status, e.reset_count, e.reset_reason,
         )  # fmt: skip
+
+
+def _spring(state: bytes | None) -> Spring | None:
+    if state is None:
+        return None
+    message = deserialize_message(state, EstimatorState)
+    return learned_spring(message) if message.k2_valid else None
 
 
 def side_of(stamp_ns: int, impedance: Sequence[float]) -> Side:
