@@ -200,7 +200,9 @@ class Estimator:
         force_variance = (self._health.force_noise * self._force_noise.std) ** 2 / block.forces
         if not tracker.correct_force(block.force, force_variance, deflection_variance, dt):
             self._force_rejected += 1
-        if tracker.suspicious and not self._trust.doubt(tracker, CONTRADICTION):
+        if tracker.suspicious and self._trust.agrees:
+            tracker.clear_watch()
+        elif tracker.suspicious and not self._trust.doubt(tracker, CONTRADICTION):
             self._start_over(block.force)
             self._count_reset(Reset.INNOVATION)
 
@@ -252,7 +254,7 @@ class Estimator:
             jump = float(np.median([off for off, _ in seen]))
             if self._stayed(jump, seen[0][1]):
                 self._trust.move(tracker, jump, float(np.var([off for off, _ in seen])) + deflection_variance)
-            self._trust.doubt(tracker, f"encoder jumped by {1e3 * jump:+.2f} mm")
+                self._trust.doubt(tracker, f"encoder jumped by {1e3 * jump:+.2f} mm")
         else:
             tracker.reference = block.deflection
             tracker.forget(block.force if block.forces else self._force)

@@ -66,16 +66,20 @@ class Noisiness:
     """How much louder a sensor's white noise is than it should be, within a few samples.
 
     Second differences of white noise take each other back, those of a motion do not: their products tell them apart.
+    Beyond v* nothing damps a rod: after a brisk motion it rings with its tendon. That is not held against the sensor.
     """
 
     WORTH = 20.0  # samples
     LOUD = 9.0  # variance, in units of the usual one, that counts as louder
+    RINGING = 4.0  # times the steepest slope of late, from sample to sample
     SHARE = 0.35  # of loud samples from which on the noise is
 
     def __init__(self) -> None:
         """Nothing seen yet."""
         self._values = (math.nan, math.nan)
         self._difference = math.nan
+        self._slope = 0.0  # a sample, leaky mean
+        self._steepest = 0.0  # of late
         self._loud = 0.0
         self._variance = 1.0
 
@@ -83,10 +87,12 @@ class Noisiness:
         """Take a sample and the standard deviation that its noise should have; its ratio to that, 1 for the usual."""
         before, last = self._values
         difference = value - 2.0 * last + before
-        product = -difference * self._difference / (4.0 * std * std)
+        product = -difference * self._difference / (4.0 * (std * std + (self.RINGING * self._steepest) ** 2))
         self._values, self._difference = (last, value), difference
         if product != product:
             return 1.0
+        self._slope += (value - last - self._slope) / self.WORTH
+        self._steepest = max(abs(self._slope), self._steepest * (1.0 - 0.2 / self.WORTH))
         self._loud += ((product > self.LOUD) - self._loud) / self.WORTH
         self._variance += (min(max(product, 0.0), 1e6) - self._variance) / self.WORTH
         return math.sqrt(max(self._variance, 1.0)) if self._loud > self.SHARE else 1.0

@@ -82,7 +82,7 @@ class Tracker:
         self.p[1, 1] = START_SPEED_STD**2
         self.p[2, 2] = START_ACCELERATION_STD**2
         self._high = self._low = deflection
-        self._clear_watch()
+        self.clear_watch()
 
     def forget(self, measured_force: float) -> None:
         """Coefficients back to their start values, the stiffness from the present force by eq. (3)."""
@@ -104,7 +104,7 @@ class Tracker:
         self.p[range(3, SIZE), range(3, SIZE)] = variances
         self.p[3, 4] = self.p[4, 3] = -dx * k2_variance
         self.knows = False
-        self._clear_watch()
+        self.clear_watch()
 
     def learn(self, mean: Array, covariance: Array) -> None:
         """Take over coefficients [s k2 d1 d2 M F0 d0] with their covariance."""
@@ -220,6 +220,7 @@ class Tracker:
         self._watched.append(nis)
         self._watched_sum += nis
 
-    def _clear_watch(self) -> None:
+    def clear_watch(self) -> None:
+        """Begin to watch the innovations anew."""
         self._watched.clear()
         self._watched_sum = 0.0

@@ -41,6 +41,11 @@ class Trust:
         """The motion has a gap."""
         self._witness.interrupt()
 
+    @property
+    def agrees(self) -> bool:
+        """Whether both sensors tell what was learnt: what the filter does not explain then is its own lag."""
+        return self._witness.kept is not None and not self._witness.vague and self._witness.agrees
+
     def doubt(self, tracker: Tracker, reason: str) -> bool:
         """Go back to what was known before, and wait; False where nothing was."""
         kept = self._witness.kept

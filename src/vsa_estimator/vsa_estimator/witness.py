@@ -25,6 +25,7 @@ VAGUE = 3.0  # times the usual mean that uncertain coefficients may explain; bey
 POOR = 0.4  # nor are any whose usual mean is greater [N]
 BEYOND = 0.05  # nor beyond the travel that they were learnt on, by more than so much of 1 / k2
 FAST = 0.85  # share of v* up to which a mean speed tells the damper's force
+BLURRED = 2.0  # error of the damper's force by a speed that changes within BASE, from which on it tells nothing [N]
 SLOW = 0.25e-3  # around a reversal friction is anything up to itself [m/s]
 STICTION = 1.3  # breaking away takes more than sliding
 SHIFT_TIME = 2.5  # of contradiction before it is explained by a shift [s]
@@ -185,8 +186,10 @@ class Witness:
         self._motion = smooth, velocity, acceleration
         expected, stiffness = _law(self.kept, smooth, velocity, acceleration)
         fastest = FAST * maximum_speed(float(self.kept.mean[2]), float(self.kept.mean[3]))
-        tame = np.abs(velocity) + 0.25 * BASE * np.abs(acceleration) < fastest
-        good = np.isfinite(force[half:-half]) & (span < 2.0 * BASE) & tame
+        blur = 0.25 * BASE * np.abs(acceleration)
+        brisk = (np.abs(velocity) + blur >= fastest) | (blur * float(self.kept.mean[2]) > BLURRED)
+        brisk = np.convolve(brisk, np.ones(4 * half + 1))[2 * half : -2 * half] > 0.5  # before and after, too
+        good = np.isfinite(force[half:-half]) & (span < 2.0 * BASE) & ~brisk
         self._motion = smooth[good], velocity[good], acceleration[good]
         residual = force[half:-half] - expected
         return time[half:-half][good], residual[good], stiffness[good], np.abs(velocity[good]) > SLOW
