@@ -90,7 +90,7 @@ def all_tables(run: Run, truth: Truths) -> Iterator[Table]:
                 yield Table(table.title + several, table.columns, table.rows, table.note)
     if run.complaints:
         rows = [[f"{c.first:.1f} s", c.node, _LEVELS.get(c.level, "?"), c.text, str(c.count)] for c in run.complaints]
-        yield Table("What the nodes complained of", ["first", "node", "level", "text", "times"], rows)
+        yield Table("What the nodes complained of", ["first", "node", "level", "as said first", "times"], rows)
 
 
 _LEVELS = {1: "warning", 2: "error", 3: "stale"}

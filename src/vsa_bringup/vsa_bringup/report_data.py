@@ -22,6 +22,7 @@ DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 _SIDE = re.compile(r"(?P<space>.*)/(?P<side>transmission_\w+)/(?P<leaf>force|encoder|impedance|estimator_state)")
 _JOINT = re.compile(r"(?P<space>.*)/(?P<leaf>joint_impedance|joint_states|external_torque)")
+_NUMBER = re.compile(r"\d+(\.\d+)?")
 _TYPES = {
     "force": WRENCH, "encoder": JOINT_STATE, "impedance": IMPEDANCE, "estimator_state": STATE,
     "joint_impedance": JOINT, "joint_states": JOINT_STATE, "external_torque": WRENCH,
@@ -57,11 +58,11 @@ class Joint:
 
 @dataclass(frozen=True)
 class Complaint:
-    """Something that a node said of itself on /diagnostics."""
+    """Something that a node said of itself on /diagnostics, numbers apart."""
 
     node: str
     level: int  # 1 warning, 2 error, 3 stale
-    text: str
+    text: str  # as it was said first
     first: float  # when it was first said [s]
     count: int
 
@@ -160,7 +161,7 @@ def _gather_messages(
     states = [one.topic.name for one in gathered.values() if one.topic.type_name == STATE]
     others = [topic.name for topic in found.values() if topic.type_name in (COUNTERS, DIAGNOSTICS)]
     counters: dict[str, dict[str, dict[int, int]]] = {}
-    said: dict[tuple[str, int, str], tuple[int, int]] = {}
+    said: dict[tuple[str, int, str], tuple[int, str, int]] = {}
     start_ns = 0
     for name, receive_ns, message in read(path, states + others):
         start_ns = start_ns or receive_ns
@@ -170,15 +171,15 @@ def _gather_messages(
             counters.setdefault(space, {}).setdefault(side, {}).update((nanoseconds(s), int(c)) for s, c in batch)
         elif found[name].type_name == DIAGNOSTICS:
             for status in message.status:
-                key = (status.name, int(status.level), status.message)
-                first, count = said.get(key, (receive_ns, 0))
-                said[key] = (first, count + 1)
+                key = (status.name, int(status.level), _NUMBER.sub("#", status.message))
+                first, text, count = said.get(key, (receive_ns, status.message, 0))
+                said[key] = (first, text, count + 1)
         else:
             gathered[name].add(receive_ns, message)
     complaints = [
-        Complaint(*key, max(0.0, (first - start_ns) / NANOSECONDS), count)
-        for key, (first, count) in sorted(said.items(), key=lambda one: one[1])
-        if key[1]
+        Complaint(node, level, text, max(0.0, (first - start_ns) / NANOSECONDS), count)
+        for (node, level, _), (first, text, count) in sorted(said.items(), key=lambda one: one[1])
+        if level
     ]
     return counters, complaints
 

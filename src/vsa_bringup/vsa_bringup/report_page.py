@@ -7,6 +7,7 @@ from vsa_bringup.report_figures import Plate
 from vsa_bringup.report_tables import Table
 from vsa_common.figures import inline_svg
 
+WIDE = 40  # letters from which a cell of a table may take several lines
 STYLE = """
 :root { --ink:#1c2733; --soft:#5b6b7a; --line:#e1e6eb; --ground:#f6f8fa; --card:#fff; --accent:#0072b2; --bad:#b3261e; }
 @media (prefers-color-scheme: dark) {
@@ -27,7 +28,7 @@ section { background:var(--card); border:1px solid var(--line); border-radius:10
 .scroll { overflow-x:auto; }
 table { border-collapse:collapse; width:100%; font-size:13.5px; font-variant-numeric:tabular-nums; }
 th,td { text-align:left; padding:5px 12px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap; }
-th { color:var(--soft); font-weight:600; } td.wide { white-space:normal; }
+th { color:var(--soft); font-weight:600; } td.wide { white-space:normal; min-width:20em; }
 figure { margin:0; } figure svg { width:100%; height:auto; display:block; }
 figcaption,.note { color:var(--soft); font-size:13px; margin-top:8px; }
 pre { overflow-x:auto; font-size:12.5px; background:var(--ground); padding:12px; border-radius:6px; margin:0; }
@@ -68,12 +69,17 @@ def _short(title: str) -> str:
 
 def _table(table: Table, anchor: str) -> str:
     head = "".join(f"<th>{escape(column)}</th>" for column in table.columns)
-    rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
+    rows = "".join("<tr>" + "".join(_cell(cell) for cell in row) + "</tr>" for row in table.rows)
     note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
     return (
         f'<section id="{anchor}"><h2>{escape(table.title)}</h2><div class="scroll"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{note}</section>"
     )
+
+
+def _cell(text: str) -> str:
+    wide = ' class="wide"' if len(text) > WIDE else ""
+    return f"<td{wide}>{escape(text)}</td>"
 
 
 def _figure(plate: Plate) -> str:
