@@ -59,3 +59,19 @@ def test_the_predicted_error_agrees_with_monte_carlo():
         sigma = np.exp(ln + k2 * (x - spring.deflection_reference))
         samples += R**2 * sigma * route.tendon_stiffness / (sigma + 4 * route.tendon_stiffness)
     assert relative_std(force, 0.0, tuple(uncertain), JOINT) == pytest.approx(samples.std() / nominal, rel=0.05)
+
+
+def test_what_is_known_by_the_force_agrees_with_monte_carlo():
+    generator = np.random.default_rng(6)
+    covariance = np.array([[7.0, 0.2], [0.2, 0.04]])
+    spring = Spring(0.0, 5.0, 267.2, 16.39, k2_variance=7.0, force_offset_variance=0.04, force_offset_covariance=0.2)
+    k2, offset = generator.multivariate_normal([267.2, 16.39], covariance, 50_000).T
+    assert math.sqrt(spring.law_variance(22.0)) == pytest.approx(np.log(k2 * (22.0 - offset)).std(), rel=0.05)
+
+
+def test_the_damper_is_held_at_its_greatest_force():
+    spring = Spring(0.0, 5.0, 267.2, 16.39, damping=4000.0, peak_speed=3.5e-3)
+    d2 = -4000.0 / (3.0 * 3.5e-3**2)
+    assert spring.damper(2e-3) == pytest.approx(4000.0 * 2e-3 + d2 * 2e-3**3)
+    assert spring.damper(-1.0) == pytest.approx(-spring.damper_most) == pytest.approx(-4000.0 * 3.5e-3 * 2.0 / 3.0)
+    assert FIRST.damper_most == 0.0

@@ -12,17 +12,10 @@ import math
 from dataclasses import dataclass
 
 from vsa_joint.configuration import ControlConfig
-from vsa_joint.springs import (
-    Range,
-    Springs,
-    force_for,
-    partner_force,
-    reachable,
-    relative_std,
-    stiffness_at,
-    tendon_travel,
-)
+from vsa_joint.motors import MotorMap
+from vsa_joint.springs import Range, Spring, Springs, force_for, reachable, relative_std
 
+KNOWN_BY = (Spring.relative_variance, Spring.law_variance)
 LEAST_ABOVE_BASE = 0.5  # N
 LEAST_STIFFNESS = 1e-3  # N m/rad
 ARRIVED = 0.05  # of ln(F - base), from where on the stiffness is trimmed
@@ -94,7 +87,8 @@ class StiffnessControl:
         self._level, self._rest = Smoothed(0.0), Smoothed(0.0)  # ln(F - base), equilibrium [rad]
         self._tau, self._goal = config.smoothing_time, 0.0
         self._trim = self._guard = self._integral = self._phase = 0.0
-        self._zero = (0.0, 0.0)  # tendon travel at motor zero [m]
+        self._motors = MotorMap(config)
+        self._before = 0.0  # rod force of the last period [N]
 
     def engage(self, live: Live) -> None:
         """Begin from where the rig is: the first command is the measured position."""
@@ -104,12 +98,8 @@ class StiffnessControl:
         self._base = max(spring.force_offset for spring in live.springs)
         self._level, self._rest = Smoothed(self._log(sum(live.tension))), Smoothed(self.equilibrium)
         self._trim = self._guard = self._integral = self._phase = self._goal = 0.0
-        self._zero = (0.0, 0.0)
-        reached = self._motors(self._travels(self._force, self.equilibrium, live.springs))
-        first, second = (
-            self.config.motor_pulley_radius * (motor - model) for motor, model in zip(live.motors, reached, strict=True)
-        )
-        self._zero = (first, second)
+        self._before = self._force
+        self._motors.fit(live.motors, self._force, self.equilibrium, live.springs)
 
     def judge(self, target: Target, live: Live) -> Judgement:
         """Whether a target can be reached at the present load, and is known well enough."""
@@ -123,7 +113,7 @@ class StiffnessControl:
             wish = f"{target.stiffness:.3g} N m/rad cannot be reached at {target.equilibrium:.3g} rad"
             return Judgement(False, f"{wish}; within reach: {span}", within, math.inf)
         force = force_for(target.stiffness, self._load, live.springs, self.joint, within)
-        error = relative_std(force, self._load, live.springs, self.joint)
+        error = max(relative_std(force, self._load, live.springs, self.joint, of) for of in KNOWN_BY)
         if error > config.error_max:
             text = f"stiffness would be known to {error:.0%} only; move the joint until k2 and F0 are known"
             return Judgement(False, text, within, error)
@@ -133,27 +123,8 @@ class StiffnessControl:
 
     def within(self, live: Live, equilibrium: float) -> Range | None:
         """Stiffness within reach at an angle [rad] under the present load: springs, tendons and motors."""
-        config, joint = self.config, self.joint
-        found = reachable(self._load, live.springs, joint, config)
-        if found is None:
-            return None
-        low, high = found.force_min, found.force_max
-        inside = [
-            all(
-                config.motor_min <= motor <= config.motor_max
-                for motor in self._motors(self._travels(force, equilibrium, live.springs))
-            )
-            for force in (low, high)
-        ]
-        if not inside[0]:
-            return None
-        if not inside[1]:
-            for _ in range(30):
-                middle = 0.5 * (low + high)
-                motors = self._motors(self._travels(middle, equilibrium, live.springs))
-                low, high = (middle, high) if max(motors) <= config.motor_max else (low, middle)
-            found = Range(found.stiffness_min, stiffness_at(low, self._load, live.springs, joint), found.force_min, low)
-        return found
+        found = reachable(self._load, live.springs, self.joint, self.config)
+        return None if found is None else self._motors.narrowed(found, self._load, equilibrium, live.springs)
 
     def step(self, target: Target, live: Live) -> tuple[float, float]:
         """Motor positions [rad] for this period."""
@@ -167,9 +138,8 @@ class StiffnessControl:
         self._keep_tension(live)
         force = self._force + self._guard + self._dither(target, live, within)
         force = min(max(force, within.force_min), within.force_max)
-        motors = self._motors(self._travels(force, rest + correction, live.springs))
-        low, high = self.config.motor_min, self.config.motor_max
-        return min(max(motors[0], low), high), min(max(motors[1], low), high)
+        rate, self._before = (force - self._before) / self._dt, force
+        return self._motors.clipped(self._motors.positions(force, rest + correction, live.springs, rate))
 
     def _observe(self, live: Live) -> None:
         """The unloaded equilibrium; D z' = tau - K z by an implicit step."""
@@ -239,16 +209,3 @@ class StiffnessControl:
         """What the tendons bear [N m], positive as an external torque."""
         first, second = self.joint.routes
         return second.radius * live.tension[1] - first.radius * live.tension[0]
-
-    def _travels(self, force: float, angle: float, springs: Springs) -> tuple[float, float]:
-        """Tendon travels [m] that hold an unloaded joint at an angle [rad]."""
-        first, second = self.joint.routes
-        other = partner_force(force, 0.0, self.joint)
-        return (
-            tendon_travel(force, springs[0].deflection(force), first.tendon_stiffness) + first.radius * angle,
-            tendon_travel(other, springs[1].deflection(other), second.tendon_stiffness) - second.radius * angle,
-        )
-
-    def _motors(self, travels: tuple[float, float]) -> tuple[float, float]:
-        radius = self.config.motor_pulley_radius
-        return (travels[0] + self._zero[0]) / radius, (travels[1] + self._zero[1]) / radius

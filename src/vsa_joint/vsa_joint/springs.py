@@ -5,7 +5,7 @@ torque tau the rods bear R2 F2 = R1 F1 + 2 tau; along that line stiffness grows 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,7 +27,10 @@ class Spring:
     ln_stiffness_variance: float = 0.0
     k2_variance: float = 0.0
     covariance: float = 0.0  # 1/m
+    damping: float = 0.0  # N s/m, at rest
     peak_speed: float = math.inf  # m/s, of the greatest damper force
+    force_offset_variance: float = 0.0  # N^2
+    force_offset_covariance: float = 0.0  # with k2 [N/m]
 
     def deflection(self, force: float) -> float:
         """Where the rod bears `force` [m]."""
@@ -46,10 +49,26 @@ class Spring:
         """Stiffness at a deflection [N/m]."""
         return math.exp(self.ln_stiffness + self.k2 * (deflection - self.deflection_reference))
 
+    def damper(self, velocity: float) -> float:
+        """Force of the damper without its dry part [N], equation (5); held beyond its maximum."""
+        v = min(max(velocity, -self.peak_speed), self.peak_speed)
+        return self.damping * v * (1.0 - (v / self.peak_speed) ** 2 / 3.0)
+
+    @property
+    def damper_most(self) -> float:
+        """Greatest force of the damper [N]; 0 where none is known."""
+        return 2.0 / 3.0 * self.damping * self.peak_speed if math.isfinite(self.peak_speed) else 0.0
+
     def relative_variance(self, force: float) -> float:
-        """Variance of the logarithm of the stiffness where the rod bears `force`."""
+        """Variance of the logarithm of the stiffness, known by the place, where the rod bears `force`."""
         dx = self.deflection(force) - self.deflection_reference
         return max(0.0, self.ln_stiffness_variance + 2.0 * dx * self.covariance + dx * dx * self.k2_variance)
+
+    def law_variance(self, force: float) -> float:
+        """Variance of the logarithm of the stiffness, known by the force, equation (3)."""
+        by_k2, by_offset = 1.0 / self.k2, -1.0 / max(force - self.force_offset, LEAST_ELASTIC)
+        squares = by_k2**2 * self.k2_variance + by_offset**2 * self.force_offset_variance
+        return max(0.0, squares + 2.0 * by_k2 * by_offset * self.force_offset_covariance)
 
 
 Springs = tuple[Spring, Spring]
@@ -83,8 +102,17 @@ def stiffness_at(force: float, torque: float, springs: Springs, joint: Joint) ->
     )
 
 
-def relative_std(force: float, torque: float, springs: Springs, joint: Joint) -> float:
-    """Predicted relative standard deviation of the joint stiffness at a rod force of transmission_1."""
+def relative_std(
+    force: float,
+    torque: float,
+    springs: Springs,
+    joint: Joint,
+    of: Callable[[Spring, float], float] = Spring.relative_variance,
+) -> float:
+    """Predicted relative standard deviation of the joint stiffness at a rod force of transmission_1.
+
+    `of` is the variance of a spring's ln stiffness: by its place, or `Spring.law_variance` by its force.
+    """
     forces = (force, partner_force(force, torque, joint))
     total = variance = 0.0
     for f, spring, route in zip(forces, springs, joint.routes, strict=True):
@@ -92,7 +120,7 @@ def relative_std(force: float, torque: float, springs: Springs, joint: Joint) ->
         branch = route.radius**2 * branch_stiffness(sigma, route.tendon_stiffness)
         share = 4.0 * route.tendon_stiffness / (sigma + 4.0 * route.tendon_stiffness)
         total += branch
-        variance += (branch * share) ** 2 * spring.relative_variance(f)
+        variance += (branch * share) ** 2 * of(spring, f)
     return math.sqrt(variance) / total
 
 
@@ -146,7 +174,7 @@ class Learned(Protocol):
 def learned_spring(state: Learned) -> Spring | None:
     """Spring from an estimator's state; None where its numbers make none."""
     covariance = state.coefficient_covariance
-    numbers = (state.ln_stiffness_reference, state.k2, state.force_offset, covariance[0], covariance[1], covariance[8])
+    numbers = (state.ln_stiffness_reference, state.k2, state.force_offset, *covariance)
     if (
         not all(math.isfinite(number) for number in numbers)
         or state.k2 <= 0.0
@@ -162,5 +190,8 @@ def learned_spring(state: Learned) -> Spring | None:
         covariance[0],
         covariance[8],
         covariance[1],
+        max(state.d1, 0.0),
         peak,
+        covariance[40],
+        covariance[12],
     )

@@ -16,6 +16,7 @@ SECOND_NS = 1_000_000_000
 MEASURED_TIMEOUT_NS = SECOND_NS // 10  # angle and motors come slower than the estimates
 STATE_TIMEOUT_NS = SECOND_NS // 4  # an estimator's state comes at 50 Hz
 RECOVERY_NS = SECOND_NS // 2  # all must be well for so long before control resumes
+LEAST_FORCE = 1.0  # N, a rod that feels less has a slack tendon or a sensor that is off
 OVERLOAD = 1.05  # of force_max, beyond which the motors hold
 FOLLOW_RAD, FOLLOW_NS = 0.3, SECOND_NS // 2  # motors further than that from their command do not follow
 
@@ -160,7 +161,8 @@ class Supervisor:
 
     def _force_fault(self, number: int, force: float, spring: Spring, now_ns: int) -> str:
         config = self._config
-        if force < spring.force_offset - config.slack_margin:
+        # a damper of a rod that comes back takes its share; no force at all is slack in any case
+        if force < max(spring.force_offset - config.slack_margin - spring.damper_most, LEAST_FORCE):
             return f"transmission_{number} slack or its force sensor off: {force:.3g} N"
         if force > OVERLOAD * config.force_max:
             return f"transmission_{number} over its limit: {force:.3g} N"

@@ -15,6 +15,7 @@ from vsa_bringup.joint_bench.case import (
     rig_config,
     travel,
 )
+from vsa_bringup.joint_bench.place import Place, rods_of
 from vsa_driver.rig.config import RigConfig
 from vsa_driver.rig.dynamics import TRUTH
 from vsa_driver.rig.rig import Rig
@@ -24,13 +25,13 @@ from vsa_joint.excitation import PERIOD
 from vsa_joint.fusion import JointEstimate, JointFusion, Side
 from vsa_joint.identification import Identified, average, from_motion, from_response, line_response
 from vsa_joint.propagation import Rod
-from vsa_joint.reflection import Impedance, Sides, consistent, paper, response, valid_frequency
+from vsa_joint.reflection import Impedance, consistent, paper, response, valid_frequency
 
 Array = NDArray[np.float64]
 
 LEARNING, SETTLING, PERIODS = 36.0, 4.0, 2  # s, s, periods used; one more is dropped before them
 COMMAND_RATE_HZ = 100
-HIGH_FORCE, UP, DOWN = 60.0, 2.0, 0.6  # N; the learning motion goes up by a factor, above HIGH_FORCE down
+HIGH_FORCE, UP, DOWN = 60.0, 2.0, 0.3  # N; the learning motion goes up by a factor, above HIGH_FORCE down
 LEARNING_FREQUENCY = (1.0 / 18.0, 1.0 / 3.0)  # Hz, whole turns within LEARNING
 
 
@@ -82,7 +83,7 @@ def run(case: Case) -> Outcome:
     used = slice(-round(PERIODS * PERIOD * case.rate_hz), None)
     period = average(recording.angle[used], recording.torque[used], case.rate_hz, PERIOD)
     torque, joint = external_torque(case, config), geometry(config)
-    rods = true_rods(case, config, recording.truth[used])
+    rods = rods_of(recording.truth[used].mean(axis=0))
     measured = None
     if case.frictionless:
         z = line_response(period, torque.lines)
@@ -90,14 +91,17 @@ def run(case: Case) -> Outcome:
         identified = from_response(torque.frequency, z, joint)
     else:
         identified = from_motion(period, joint)
-    estimates = estimate(recording, config)
     first = len(recording.angle) + used.start
-    estimated, std = _at_rest(case, [e for e in estimates if _row(e, case) >= first], recording.truth)
+    estimates = {_row(e, case): e for e in estimate(recording, config)}
+    chosen = [row for row in estimates if row >= first]
+    live, truth = [estimates[row] for row in chosen], recording.truth[chosen]
+    place = Place(truth, case.frictionless)
+    reflected = [place.at_rest([by(rods_of(row), joint) for row in truth]) for by in (consistent, paper)]
     tension = recording.truth[used][:, [TRUTH.index("tension_1"), TRUTH.index("tension_2")]].mean(axis=0)
     valid = valid_frequency(rods, joint) >= JUDGED_FREQUENCY
     return Outcome(
-        case, float(tension.min()), torque.rms, consistent(rods, joint), paper(rods, joint), identified,
-        estimated, std, valid, measured,
+        case, float(tension.min()), torque.rms, reflected[0], reflected[1], identified,
+        place.at_rest(live), place.std(live), valid, measured,
     )  # fmt: skip
 
 
@@ -119,23 +123,6 @@ def record(case: Case, config: RigConfig) -> Recording:
         np.concatenate([part.readings.angle for part in parts]),
         np.concatenate([part.readings.torque for part in parts]),
     )
-
-
-def true_rods(case: Case, config: RigConfig, truth: Array) -> Sides:
-    """Both rods as the experiment means them.
-
-    With friction: at their mean place and at rest. Without: averaged, which is what a small response sees.
-    """
-    rods = []
-    for number, c in ((1, config.transmission_1), (2, config.transmission_2)):
-        deflection = truth[:, TRUTH.index(f"deflection_{number}")]
-        if case.frictionless:
-            stiffness = float(truth[:, TRUTH.index(f"stiffness_{number}")].mean())
-            damping = float(truth[:, TRUTH.index(f"damping_{number}")].mean())
-        else:
-            stiffness, damping = c.k1 * c.k2 * math.exp(c.k2 * float(deflection.mean())), c.d1
-        rods.append(Impedance(stiffness, damping, c.inertia))
-    return rods[0], rods[1]
 
 
 def estimate(recording: Recording, config: RigConfig) -> list[JointEstimate]:
@@ -179,26 +166,3 @@ def _learning_force(time: float, held: float) -> float:
 
 def _row(estimate: JointEstimate, case: Case) -> int:
     return round(estimate.stamp_ns * 1e-9 * case.rate_hz) - 1
-
-
-def _at_rest(case: Case, estimates: list[JointEstimate], truth: Array) -> tuple[Impedance, Impedance]:
-    """The estimates at the mean angle and at rest with friction, their mean without; typical deviations beside."""
-    index = [_row(e, case) for e in estimates]
-    angle = truth[index, TRUTH.index("angle")]
-    speed = truth[index, TRUTH.index("angular_velocity")]
-    angle = (angle - angle.mean()) / np.std(angle)
-    values, stds = [], []
-    for name in ("stiffness", "damping", "inertia"):
-        valid = np.array([getattr(e, f"{name}_valid") for e in estimates], dtype=bool)
-        series = np.array([getattr(e, name) for e in estimates])
-        deviation = np.sqrt([getattr(e, f"{name}_variance") for e in estimates])
-        chosen = valid if valid.any() and name != "inertia" else np.ones_like(valid)
-        if case.frictionless:
-            value = float(series[chosen].mean())
-        else:
-            by = np.stack([np.ones_like(angle), angle, angle**2, angle**3, (speed / np.std(speed)) ** 2], axis=1)
-            value = float(np.linalg.lstsq(by[chosen], series[chosen], rcond=None)[0][0])
-        near = chosen & (np.abs(angle) < 0.5)
-        values.append(value)
-        stds.append(float(np.median(deviation[near if near.any() else chosen])))
-    return Impedance(*values), Impedance(*stds)

@@ -1,0 +1,77 @@
+"""From the force that the springs shall bear to motor positions, by the learned springs and the tendons.
+
+Motor i winds up q_i = 2 x_i + F_i / (2 K_t) +- R theta of tendon: the rod's travel twice, what the tendon stretches,
+and the joint's angle.
+"""
+
+from dataclasses import replace
+
+from vsa_joint.configuration import ControlConfig
+from vsa_joint.springs import Range, Springs, partner_force, stiffness_at, tendon_travel
+
+BISECTIONS = 30
+
+Pair = tuple[float, float]
+
+
+class MotorMap:
+    """Motor positions [rad] for rod forces; `fit` finds the motors' zero."""
+
+    def __init__(self, config: ControlConfig) -> None:
+        self._config = config
+        self._joint = config.joint
+        self._zero = (0.0, 0.0)  # tendon travel at motor zero [m]
+
+    def fit(self, motors: Pair, force: float, angle: float, springs: Springs) -> None:
+        """Take `motors` [rad] for those that hold an unloaded joint at `angle` [rad] by `force` [N]."""
+        travels = self._travels(force, angle, springs, 0.0)
+        first, second = (
+            self._config.motor_pulley_radius * motor - travel for motor, travel in zip(motors, travels, strict=True)
+        )
+        self._zero = (first, second)
+
+    def positions(self, force: float, angle: float, springs: Springs, rate: float = 0.0) -> Pair:
+        """Positions that hold an unloaded joint at `angle` [rad] by `force` [N] of the springs.
+
+        `force` is that of transmission_1, `rate` its growth [N/s].
+        """
+        radius = self._config.motor_pulley_radius
+        travels = self._travels(force, angle, springs, rate)
+        return (travels[0] + self._zero[0]) / radius, (travels[1] + self._zero[1]) / radius
+
+    def clipped(self, motors: Pair) -> Pair:
+        """The nearest positions within the motors' limits."""
+        low, high = self._config.motor_min, self._config.motor_max
+        return min(max(motors[0], low), high), min(max(motors[1], low), high)
+
+    def narrowed(self, found: Range, torque: float, angle: float, springs: Springs) -> Range | None:
+        """What of a range under an external torque [N m] the motors can hold at `angle` [rad]."""
+
+        def held(force: float) -> bool:
+            motors = self.positions(force, angle, springs)
+            return motors == self.clipped(motors)
+
+        low, high = found.force_min, found.force_max
+        if not held(low):
+            return None
+        if held(high):
+            return found
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if held(middle) else (low, middle)
+        return replace(found, stiffness_max=stiffness_at(low, torque, springs, self._joint), force_max=low)
+
+    def _travels(self, force: float, angle: float, springs: Springs, rate: float) -> Pair:
+        """Tendon travels [m]. The dampers resist a motion unequally: the springs make up for it, the stiffer one more,
+        or the joint would swing aside."""
+        first, second = self._joint.routes
+        sigma_1, sigma_2 = (spring.stiffness(force) for spring in springs)
+        damper_1, damper_2 = springs[0].damper(rate / sigma_1), springs[1].damper(rate / sigma_2)
+        total_1 = force + damper_1 + sigma_1 / (sigma_1 + sigma_2) * (damper_2 - damper_1)
+        total_2 = partner_force(total_1, 0.0, self._joint)
+        return (
+            tendon_travel(total_1, springs[0].deflection(total_1 - damper_1), first.tendon_stiffness)
+            + first.radius * angle,
+            tendon_travel(total_2, springs[1].deflection(total_2 - damper_2), second.tendon_stiffness)
+            - second.radius * angle,
+        )
