@@ -1,0 +1,85 @@
+"""`./vsa bench live`: what it counts is what there was."""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+from vsa_bringup.live_bench.cast import Case
+from vsa_bringup.live_bench.performance import figures
+from vsa_bringup.live_bench.report import HEADER, row
+from vsa_bringup.live_bench.score import Heard, score
+from vsa_bringup.processes import executable
+
+RUN = {
+    "mode", "rate_hz", "joints", "duration_s", "samples_sent", "samples_fused", "samples_lost", "sustained",
+    "latency_ms", "cpu_percent", "rss_growth_mb",
+}  # fmt: skip
+MS = 1_000_000
+
+
+def heard(delays_ms, sent=None, pair=lambda k: k):
+    """One joint at 1 kHz; `pair` says which sample of side 2 the message of sample k has."""
+    first = {1_000 * MS + k * MS: k for k in range(len(delays_ms))}
+    second = {stamp_ns + 20_000: k for stamp_ns, k in first.items()}
+    stamps = list(second)
+    rows = [
+        (at, stamps[pair(k)], stamps[k] + round(delay * MS))
+        for (at, k), delay in zip(first.items(), delays_ms, strict=True)
+        if delay is not None
+    ]
+    return Heard(len(delays_ms) if sent is None else sent, np.array(rows, np.int64), first, second)
+
+
+def test_delays_count_from_the_later_frame_of_a_sample():
+    result = score([heard([float(k) / 10.0 for k in range(11)])])
+    assert result.latency_ms == {"p50": 0.5, "p99": 0.99, "p999": 0.999, "max": 1.0}
+    assert (result.sent, result.fused, result.lost, result.sustained) == (11, 11, 0, True)
+
+
+def test_a_sample_that_no_message_has_is_lost():
+    result = score([heard([0.5, None, 0.5, 0.5]), heard([0.5] * 4, sent=6)])
+    assert (result.sent, result.fused, result.lost, result.sustained) == (10, 7, 3, False)
+
+
+def test_sides_of_different_samples_in_one_message_are_no_sample():
+    result = score([heard([0.5] * 10, pair=lambda k: max(k - 1, 0))])
+    assert result.fused == 1
+
+
+def test_a_growing_delay_is_not_sustained():
+    assert not score([heard(np.linspace(0.5, 50.0, 100).tolist())]).sustained
+
+
+def test_nothing_heard_is_nothing_sustained():
+    result = score([Heard(10, np.empty((0, 3), np.int64), {}, {})])
+    assert (result.lost, result.sustained, result.latency_ms["p99"]) == (10, False, None)
+    run = figures(Case("composed", 1000, 1, 1.0), result, {"composed": 50.0}, 0.0)
+    assert row(run)[-1] == "not sustained"
+    assert len(row(run)) == len(HEADER)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    command = [executable("vsa_bringup", "bench"), "live", "--rate", "50", "--duration", "2"]
+    command += ["--mode", "composed", "--joints", "1", "2"]
+    command += ["--json", str(folder / "live.json"), "--plot", str(folder / "live.png")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "live.png").stat().st_size > 10_000
+    assert "not sustained" not in done.stdout
+    return json.loads((folder / "live.json").read_text())["runs"]
+
+
+def test_a_run_has_the_documented_form(runs):
+    assert all(set(run) == RUN for run in runs)
+    assert [run["joints"] for run in runs] == [1, 2]
+    assert set(runs[0]["cpu_percent"]) == {"rig_simulator", "composed", "subscriber"}
+    assert all(0.0 < percent < 400.0 for run in runs for percent in run["cpu_percent"].values())
+
+
+def test_every_sample_of_every_joint_arrives(runs):
+    assert [run["samples_sent"] for run in runs] == [100, 200]
+    assert all(run["samples_lost"] == 0 for run in runs)
+    assert all(0.05 < run["latency_ms"]["p50"] <= run["latency_ms"]["p99"] <= run["latency_ms"]["max"] for run in runs)

@@ -1,0 +1,240 @@
+"""Driver, estimators and joint in one process: the same figures as apart, and several joints on one CAN FD bus."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+from cantools import database
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import Executor
+from rclpy.experimental import EventsExecutor
+from std_srvs.srv import Trigger
+from vsa_bringup.composed import nodes
+from vsa_common.node import RELIABLE
+from vsa_common.stamps import nanoseconds
+from vsa_driver.bus import BusConfig, open_bus
+from vsa_driver.mapping import load_frames
+from vsa_driver.rig.config import RigConfig
+from vsa_driver.rig.rig import Rig
+from vsa_driver.rig_frames import RigFrames
+from vsa_estimator.node import EstimatorNode
+from vsa_joint.joint import JointNode
+from vsa_msgs.msg import JointImpedance, TransmissionImpedance
+
+DOMAIN = 20 + (os.getpid() + 60) % 80
+ENVIRONMENT = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+RATE_HZ, SAMPLES = 200, 500
+SIDES = ("transmission_1", "transmission_2")
+PORT = 44_000 + os.getpid() % 1000
+
+# One CAN FD frame carries a sample of two joints, four transmissions.
+FD_DBC = (
+    """VERSION ""
+BU_: Rig
+BO_ 256 Sample: 24 Rig
+"""
+    + "".join(
+        f' SG_ {name}Force : {40 * i}|24@1- (0.0001,0) [-838|838] "N" Rig\n'
+        f' SG_ {name}Count : {40 * i + 24}|16@1+ (1,0) [0|65535] "" Rig\n'
+        for i, name in enumerate(("Left1", "Left2", "Right1", "Right2"))
+    )
+    + ' SG_ Counter : 160|16@1+ (1,0) [0|65535] "" Rig\n'
+)
+
+NOTHING_ELSE = """
+    joint: {angle_signal: "", torque_signal: "", counter_signal: ""}
+    motors:
+      position_signals: [""]
+      command_signals: [""]
+      holding_signal: ""
+      counter_signal: ""
+      command_counter_signal: ""
+"""
+
+
+def spin_until(executor: Executor, true, timeout=40.0):
+    end = time.monotonic() + timeout
+    while not true():
+        assert time.monotonic() < end, "timeout"
+        executor.spin_once(timeout_sec=0.01)
+
+
+class Side:
+    """One way of living: what its nodes published, by stamp."""
+
+    def __init__(self, node, namespace):
+        self.joints, self.impedances = {}, {name: {} for name in SIDES}
+        self.listen(node, JointImpedance, f"/{namespace}/joint_impedance", self.joints)
+        for name, kept in self.impedances.items():
+            self.listen(node, TransmissionImpedance, f"/{namespace}/{name}/impedance", kept)
+
+    @staticmethod
+    def listen(node, kind, topic, kept):
+        node.create_subscription(kind, topic, lambda m: kept.setdefault(nanoseconds(m.header.stamp), m), RELIABLE)
+
+
+@pytest.fixture
+def ros():
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    sensors = [f"{side}/{topic}" for side in SIDES for topic in ("force", "encoder")]
+    remaps = [word for topic in sensors for word in ("-r", f"/apart/{topic}:=/together/{topic}")]
+    bus = [
+        "-p",
+        "driver:bus.interface:=virtual",
+        "-p",
+        "driver:bus.options:=['']",
+        "-p",
+        "driver:bus.channel:=composed",
+    ]
+    rclpy.init(args=["--ros-args", *remaps, *bus], domain_id=DOMAIN)
+    yield rclpy
+    rclpy.try_shutdown()
+
+
+def test_samples_handed_on_by_a_call_give_the_estimates_that_topics_give(ros):
+    """The same samples, once by function calls, once through DDS to nodes that subscribe to what the driver said."""
+    together = nodes("together")
+    apart = [EstimatorNode(f"estimator_{i}", "apart", transmission=side) for i, side in enumerate(SIDES, 1)]
+    apart.append(JointNode("joint", "apart"))
+    node, executor = rclpy.create_node("listener"), EventsExecutor()
+    direct, separate = Side(node, "together"), Side(node, "apart")
+    for one in [*apart, *together]:
+        executor.add_node(one)
+        one.autostart()
+    executor.add_node(node)
+    driver, estimator = together[-1], together[1]
+    try:
+        spin_until(
+            executor, lambda: all(node.count_publishers(f"/{space}/joint_impedance") for space in ("together", "apart"))
+        )
+        spin_until(executor, lambda: node.count_subscribers("/together/transmission_2/encoder") == 1)
+        rig, frames = Rig(RigConfig(rate_hz=RATE_HZ)), RigFrames(load_frames(driver.config.dbc))
+        with open_bus(driver.config.bus) as bus:
+
+            def send(count):
+                first, _, readings = rig.advance(count)
+                for k in range(count):
+                    for side in range(2):
+                        force, encoder = readings.forces[k, side], int(readings.counts[k, side])
+                        frame = frames.transmission(side, first + k, force, encoder)
+                        bus.send(frame.arbitration_id, frame.data)
+                    due = time.monotonic() + 1.0 / RATE_HZ
+                    while (left := due - time.monotonic()) > 0.0:
+                        executor.spin_once(timeout_sec=left)
+
+            send(SAMPLES)
+            spin_until(executor, lambda: max(direct.joints) in separate.joints)
+            for side in SIDES:
+                one, other = direct.impedances[side], separate.impedances[side]
+                both = one.keys() & other.keys()  # a starved machine predicts through silence, at stamps of its own
+                assert len(both) > 0.9 * SAMPLES
+                assert all(one[stamp] == other[stamp] for stamp in both)
+            for stamp in (common := direct.joints.keys() & separate.joints.keys()):
+                for message in (direct.joints[stamp], separate.joints[stamp]):
+                    message.stiffness_min = message.stiffness_max = 0.0  # found ten times a second, at leisure
+                    message.stiffness_range_valid = False
+                assert direct.joints[stamp] == separate.joints[stamp]
+            assert len(common) > 0.9 * SAMPLES
+
+            estimator.trigger_deactivate()
+            direct.joints.clear()
+            send(20)
+            spin_until(executor, lambda: direct.joints)
+            assert not any(message.stiffness_valid or message.status == 2 for message in direct.joints.values())
+            estimator.trigger_activate()
+            before = len(direct.impedances[SIDES[0]])
+            send(20)
+            spin_until(executor, lambda: len(direct.impedances[SIDES[0]]) > before)
+    finally:
+        for one in [*reversed(together), *apart]:
+            one.close()
+
+
+@pytest.fixture
+def two_joints(tmp_path):
+    (tmp_path / "fd.dbc").write_text(FD_DBC)
+    sections = ["/**/driver:\n  ros__parameters:\n    dbc: " + str(tmp_path / "fd.dbc") + NOTHING_ELSE]
+    sections[0] += f"    bus: {{options: [hop_limit=0, port={PORT}]}}\n"
+    for space in ("left", "right"):
+        signals = [
+            f"    transmission_{i}: {{force_signal: Sample.{space.title()}{i}Force, "
+            f"encoder_signal: Sample.{space.title()}{i}Count, counter_signal: Sample.Counter}}\n"
+            for i in (1, 2)
+        ]
+        sections.append(f"/{space}/driver:\n  ros__parameters:\n" + "".join(signals))
+    (tmp_path / "two.yaml").write_text("".join(sections))
+    command = [sys.executable, "-m", "vsa_bringup.composed", "--ros-args", "--params-file", str(tmp_path / "two.yaml")]
+    process = subprocess.Popen(command, env=ENVIRONMENT)
+    yield process, tmp_path / "fd.dbc"
+    process.kill()
+    process.wait()
+
+
+def test_two_joints_on_one_can_fd_bus_are_one_parameter_file(two_joints):
+    process, dbc = two_joints
+    message = database.load_file(Path(dbc)).get_message_by_name("Sample")
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=DOMAIN)
+    node, executor = rclpy.create_node("lab", context=context), EventsExecutor(context=context)
+    executor.add_node(node)
+    joints, health = {"left": [], "right": []}, {}
+    for space, heard in joints.items():
+        node.create_subscription(JointImpedance, f"/{space}/joint_impedance", heard.append, RELIABLE)
+    node.create_subscription(
+        DiagnosticArray, "/diagnostics", lambda m: health.update({s.name: s for s in m.status}), RELIABLE
+    )
+    number = 0
+    with open_bus(BusConfig(options=("hop_limit=0", f"port={PORT}"))) as bus:
+
+        def sample(forces=(20.0, 30.0, 60.0, 70.0)):
+            nonlocal number
+            values = {"Counter": number % 65536}
+            for name, force in zip(("Left1", "Left2", "Right1", "Right2"), forces, strict=True):
+                values |= {f"{name}Force": force, f"{name}Count": 500}
+            bus.send(message.frame_id, message.encode(values), fd=True)
+            number += 1
+
+        def fed(true):
+            def step():
+                sample()
+                return true()
+
+            return step
+
+        def tensions(space):
+            return [list(joint.tension) for joint in joints[space][-1:]]
+
+        expected = {
+            f"/{space}/{name}" for space in joints for name in ("driver", "estimator_1", "estimator_2", "joint")
+        }
+        spin_until(executor, fed(lambda: expected <= health.keys() and all(joints.values())))
+        spin_until(executor, fed(lambda: (tensions("left"), tensions("right")) == ([[10.0, 15.0]], [[30.0, 35.0]])))
+        reset = node.create_client(Trigger, "/right/estimator_2/reset")
+        spin_until(executor, fed(reset.service_is_ready))
+        future = reset.call_async(Trigger.Request())
+        spin_until(executor, fed(lambda: future.done() and joints["right"][-1].reset_count == 1))
+        assert joints["left"][-1].reset_count == 0
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20.0) == 0
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_an_estimator_of_the_wrong_transmission_is_refused_by_name(tmp_path):
+    (tmp_path / "wrong.yaml").write_text("/**/estimator_2: {ros__parameters: {transmission: transmission_1}}\n")
+    command = [
+        sys.executable,
+        "-m",
+        "vsa_bringup.composed",
+        "--ros-args",
+        "--params-file",
+        str(tmp_path / "wrong.yaml"),
+    ]
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "estimator_2: transmission = 'transmission_1': must be transmission_2\n"
