@@ -161,3 +161,12 @@ def test_one_invalid_damping_does_not_stop_control():
     feed = working()
     out = feed.run(200, joint=replace(GOOD, damping_valid=False))
     assert {row[1] for row in out} == {Mode.ACTIVE}
+
+
+def test_a_hold_says_what_the_estimator_complains_of():
+    feed = working()
+    feed.inputs.complaints = ("", "force sensor stuck")
+    out = feed.run(
+        100, joint=replace(GOOD, force_valid=False, status=Status.DEGRADED, reason="transmission_2 DEGRADED")
+    )
+    assert out[-1][2] == "tension invalid: transmission_2 DEGRADED (transmission_2: force sensor stuck)"

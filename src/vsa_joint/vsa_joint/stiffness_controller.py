@@ -77,7 +77,10 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
     def _on_state(self, side: int, message: EstimatorState) -> None:
         springs, arrivals = list(self._inputs.springs), list(self._inputs.springs_ns)
         springs[side], arrivals[side] = learned_spring(message), time.monotonic_ns()
+        complaints = list(self._inputs.complaints)
+        complaints[side] = message.reason
         self._inputs.springs, self._inputs.springs_ns = (springs[0], springs[1]), (arrivals[0], arrivals[1])
+        self._inputs.complaints = (complaints[0], complaints[1])
 
     def _on_command(self, message: StiffnessCommand) -> None:
         self._read()

@@ -55,6 +55,7 @@ class Inputs:
     motors_ns: int = 0
     springs: tuple[Spring | None, Spring | None] = (None, None)
     springs_ns: tuple[int, int] = (0, 0)
+    complaints: tuple[str, str] = ("", "")  # of the estimators
 
 
 class Supervisor:
@@ -144,9 +145,9 @@ class Supervisor:
         if joint is None or now_ns - inputs.joint_ns > self._timeout_ns:
             return "joint_impedance silent"
         if joint.status in (Status.STALE, Status.FAULT, Status.INITIALIZING) or not joint.stiffness_valid:
-            return f"joint stiffness invalid: {joint.reason or Status(joint.status).name}"
+            return _because(f"joint stiffness invalid: {joint.reason or Status(joint.status).name}", inputs.complaints)
         if not joint.force_valid:
-            return f"tension invalid: {joint.reason or 'a force sensor is not well'}"
+            return _because(f"tension invalid: {joint.reason or 'a force sensor is not well'}", inputs.complaints)
         if not math.isfinite(inputs.angle) or now_ns - inputs.angle_ns > MEASURED_TIMEOUT_NS:
             return "joint_states silent"
         if inputs.motors is None or now_ns - inputs.motors_ns > MEASURED_TIMEOUT_NS:
@@ -186,3 +187,9 @@ class Supervisor:
         if joint.damping_valid:
             self._damping = joint.damping  # beyond the dampers' peak the last known one is nearer than none
         return Live(inputs.angle, joint.tension, joint.stiffness, self._damping, inputs.motors, (first, second))
+
+
+def _because(fault: str, complaints: tuple[str, str]) -> str:
+    """A fault with what the estimators complain of."""
+    said = [f"transmission_{number}: {text}" for number, text in enumerate(complaints, 1) if text]
+    return f"{fault} ({'; '.join(said)})" if said else fault
