@@ -19,8 +19,8 @@ def nodes(file: Path) -> list[tuple[str, str, str]]:
             found += ast.literal_eval(item.value)
         elif isinstance(item, ast.Call) and getattr(item.func, "id", "") == "Node":
             words = {k.arg: k.value.value for k in item.keywords if isinstance(k.value, ast.Constant)}
-            if len(words) >= 3:
-                found.append((words["package"], words["executable"], words["name"]))
+            if {"package", "executable"} <= words.keys():
+                found.append((words["package"], words["executable"], words.get("name", "driver")))  # composed has one
     return found
 
 
