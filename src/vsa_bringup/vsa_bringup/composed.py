@@ -13,10 +13,13 @@ from vsa_common.configuration import ConfigurationError
 from vsa_common.joints import joints
 from vsa_common.node import SuiteNode, run
 from vsa_driver.capture import Sample
-from vsa_driver.driver import SWITCH_S, DriverNode
+from vsa_driver.driver import DriverNode
 from vsa_estimator.node import EstimatorNode, impedance_of
 from vsa_estimator.values import Estimate
 from vsa_joint.joint import JointNode, side_of
+
+TELL = 0.005  # how soon a state is told that is due [s]
+SWITCH_S = 1e-4  # of Python's threads: no longer than this a sample waits for a service or a timer
 
 
 class DirectJoint(JointNode):
@@ -36,6 +39,15 @@ class DirectEstimator(EstimatorNode):
             raise ConfigurationError(f"{name}: transmission = {self.config.transmission!r}: must be {transmission}")
         self._side = side
         self._joint = joint
+        self._due: Estimate | None = None
+
+    def start(self) -> None:
+        super().start()
+        self._teller = self.create_timer(TELL, self._tell, clock=self.steady)
+
+    def stop(self) -> None:
+        self.destroy_timer(self._teller)
+        super().stop()
 
     def listen(self) -> list[Subscription]:
         return []
@@ -48,6 +60,14 @@ class DirectEstimator(EstimatorNode):
     def on_estimate(self, estimate: Estimate) -> None:
         self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_of(estimate)))
         super().on_estimate(estimate)
+
+    def on_state_due(self, estimate: Estimate) -> None:
+        self._due = estimate  # a big message: the next sample shall not wait for it
+
+    def _tell(self) -> None:
+        due, self._due = self._due, None
+        if due is not None:
+            self.tell_state(due)
 
 
 class DirectDriver(DriverNode):

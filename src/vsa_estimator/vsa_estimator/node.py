@@ -2,9 +2,10 @@
 
 import time
 from operator import itemgetter
-from typing import Any
+from typing import Any, cast
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.clock import ROSClock
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -53,7 +54,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = self._watched_ns = 0
         self._stamp_seen_ns = -1
         self._recent = Recent()
-        self._ros_clock = self.get_clock()
+        self._ros_clock = cast("ROSClock", self.get_clock())
         self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
         self._inputs = self.listen()
@@ -148,9 +149,9 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         """Publish one estimate; whoever needs it sooner overrides this."""
         self._impedances.publish(self._writer.write(estimate.stamp_ns, impedance_of(estimate)))
 
-    def on_state(self, message: EstimatorState) -> None:
-        """Publish what the estimator knows; the message is used again for the next."""
-        self._states.publish(message)
+    def on_state_due(self, estimate: Estimate) -> None:
+        """Tell what is known, `state_rate` times a second; whoever has no time now calls `tell_state` later."""
+        self.tell_state(estimate)
 
     def _publish(self, estimate: Estimate) -> None:
         if estimate.stamp_ns <= self._published_ns:
@@ -160,17 +161,19 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self.on_estimate(estimate)
         if estimate.stamp_ns - self._state_ns >= self._state_period_ns:
             self._state_ns = estimate.stamp_ns
-            self._publish_state(estimate)
+            self.on_state_due(estimate)
 
-    def _publish_state(self, estimate: Estimate) -> None:
-        state = self._estimator.state()
+    def tell_state(self, estimate: Estimate) -> None:
+        """Publish what the estimator knows; `estimate` is its last."""
+        with self.lock:
+            state = self._estimator.state()
         message = self._state
         set_stamp(message.header.stamp, estimate.stamp_ns)
         for name in _STATE:
             setattr(message, name, getattr(state, name))
         message.status = estimate.status
         message.samples_dropped += self._pairing.dropped + sum(self._refused.values())
-        self.on_state(message)
+        self._states.publish(message)
 
     def _on_watch(self) -> None:
         """Predict on while the sensors are silent. After a starved moment, what has queued up comes first."""
