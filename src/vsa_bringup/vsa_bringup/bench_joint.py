@@ -10,8 +10,9 @@ from pathlib import Path
 
 from vsa_bringup.joint_bench.case import Case
 from vsa_bringup.joint_bench.experiment import Outcome, run
+from vsa_bringup.joint_bench.plot import plot
 from vsa_bringup.joint_bench.recorded import identify_bag
-from vsa_bringup.joint_bench.report import HEADER, NOTE, case_json, plot, rows, summary
+from vsa_bringup.joint_bench.report import HEADER, NOTE, case_json, rows, summary
 from vsa_common.bags import BagError
 from vsa_common.configuration import load
 from vsa_common.terminal import progress, show_table

@@ -1,13 +1,11 @@
-"""Table, JSON and plot of the experiment's outcomes."""
+"""Table and JSON of the experiment's outcomes."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from vsa_bringup.joint_bench.experiment import Outcome
-from vsa_common.figures import JOINT, SIDE_1, TRUTH, WARNING, panels, save
 from vsa_joint.reflection import Impedance
 
 HEADER = (
@@ -37,8 +35,8 @@ def rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
                 f"{tendon * 1e-3:g}{'' if group[0].expansion_valid else ' *'}",
                 f"{force:g}",
                 f"{np.mean([o.torque_rms for o in group]) * 1e3:.0f}",
-                *(_worst(_error(o.identified.impedance, o.truth, name) for o in group) for name in NAMES),
-                *(_worst(_error(o.estimated, o.identified.impedance, name) for o in group) for name in NAMES),
+                *(_worst(relative_error(o.identified.impedance, o.truth, name) for o in group) for name in NAMES),
+                *(_worst(relative_error(o.estimated, o.identified.impedance, name) for o in group) for name in NAMES),
                 f"{np.mean([o.printed.damping / o.truth.damping for o in group]):.2f}",
                 f"{PERCENT * max(responses):.2f} %" if responses else "",
             ]
@@ -102,35 +100,8 @@ def estimated_holds(o: Outcome, name: str) -> bool:
     return _holds(o.estimated, o.estimated_std, o.truth, name)
 
 
-def plot(outcomes: Sequence[Outcome], path: Path) -> None:
-    """Measured and predicted response; errors of the identified and of the estimate."""
-    figure, axes = panels(2, 2, height=6.0, title="The joint's impedance: measured, predicted, estimated")
-    for o in outcomes:
-        if o.response is None:
-            continue
-        magnitude, phase = axes[0]
-        soft = SIDE_1 if o.case.tendon_stiffness < 5e4 else JOINT
-        color = soft if o.case.tendon_stiffness < 1e6 else WARNING
-        for axis, of in ((magnitude, np.abs), (phase, lambda z: np.degrees(np.angle(z)))):
-            axis.plot(o.response.frequency, of(o.response.predicted), color=color, linewidth=0.8)
-            axis.plot(o.response.frequency, of(o.response.measured), ".", color=TRUTH, markersize=3)
-    axes[0, 0].set(xscale="log", yscale="log", xlabel="Hz", ylabel="N m/rad", title="torque over angle: line predicted")
-    axes[0, 1].set(xscale="log", xlabel="Hz", ylabel="degrees", title="its phase: dots measured")
-    loud = [o for o in outcomes if not o.case.frictionless] or list(outcomes)
-    for axis, name in zip(axes[1], NAMES, strict=True):
-        for value, color, label in (("identified", SIDE_1, "identified"), ("estimated", JOINT, "estimated")):
-            errors = [
-                PERCENT * _error(o.identified.impedance if value == "identified" else o.estimated, o.truth, name)
-                for o in loud
-            ]
-            axis.plot([o.case.force for o in loud], errors, "o", color=color, markersize=3, label=label)
-        axis.axhline(0.0, color=TRUTH, linewidth=0.6)
-        axis.set(xlabel="rod force [N]", ylabel="error [%]", title=f"{name} with friction")
-        axis.legend()
-    save(figure, path)
-
-
-def _error(value: Impedance, reference: Impedance, name: str) -> float:
+def relative_error(value: Impedance, reference: Impedance, name: str) -> float:
+    """Of stiffness, damping or inertia."""
     return float(getattr(value, name) / getattr(reference, name) - 1.0)
 
 
@@ -145,6 +116,6 @@ def _worst(errors: Iterable[float]) -> str:
 def _pair(outcomes: Sequence[Outcome], of: Callable[[Outcome], tuple[Impedance, Impedance]]) -> str:
     parts = []
     for name in NAMES:
-        errors = [abs(_error(value, reference, name)) for value, reference in map(of, outcomes)]
+        errors = [abs(relative_error(value, reference, name)) for value, reference in map(of, outcomes)]
         parts.append(f"{name} {PERCENT * max(errors):.2f} %")
     return ", ".join(parts)
