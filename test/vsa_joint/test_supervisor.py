@@ -132,14 +132,22 @@ def test_a_command_that_stops_holds_after_its_timeout():
     assert told == "stiffness_command stopped"
 
 
-def test_control_resumes_by_itself_after_all_was_well_for_a_while():
+def test_control_resumes_by_itself_after_all_was_well_for_half_a_second():
     feed = working()
-    feed.run(200, quiet=("joint",))
+    feed.run(1000, quiet=("joint",))
     out = feed.run(1000)
-    assert out[20][1] is Mode.HOLDING
+    assert out[40][1] is Mode.HOLDING
     assert out[-1][1] is Mode.ACTIVE
     resumed = next(row for row in out if row[1] is Mode.ACTIVE)
     assert resumed[3] == pytest.approx(MOTORS, abs=0.05)
+
+
+def test_a_short_silence_costs_no_more_than_twice_itself():
+    feed = working()
+    held = [row for row in feed.run(120, quiet=("joint",)) if row[1] is Mode.HOLDING]
+    out = feed.run(300)
+    resumed = next(row for row in out if row[1] is Mode.ACTIVE)
+    assert (resumed[0] - held[0][0]) / MS <= 130
 
 
 def test_motors_that_do_not_follow_are_noticed():

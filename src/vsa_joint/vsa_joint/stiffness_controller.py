@@ -98,10 +98,10 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
             self._commands.publish(self._message)
         now = (supervisor.mode, supervisor.reason)
         if now != self._told:
-            self._told = now
+            changed, self._told = self._told is None or self._told[0] is not now[0], now
             self._tell(_LEVEL[now[0]], now[1] or now[0].value)
-            if now[0] is Mode.HOLDING:
-                self.get_logger().error(f"motors held: {now[1]}")
+            if changed and now[0] is Mode.HOLDING:
+                self.get_logger().error(f"motors held: {now[1]}", throttle_duration_sec=1.0)
 
     def _read(self) -> None:
         """Decode what came since the last time, the newest of each only."""

@@ -15,7 +15,7 @@ from vsa_joint.status import Status
 SECOND_NS = 1_000_000_000
 MEASURED_TIMEOUT_NS = SECOND_NS // 10  # angle and motors come slower than the estimates
 STATE_TIMEOUT_NS = SECOND_NS // 4  # an estimator's state comes at 50 Hz
-RECOVERY_NS = SECOND_NS // 2  # all must be well for so long before control resumes
+RECOVERY_NS = SECOND_NS // 2  # all must be well for as long as it was not, but no longer, before control resumes
 LEAST_FORCE = 1.0  # N, a rod that feels less has a slack tendon or a sensor that is off
 OVERLOAD = 1.05  # of force_max, beyond which the motors hold
 FOLLOW_RAD, FOLLOW_NS = 0.3, SECOND_NS // 2  # motors further than that from their command do not follow
@@ -72,6 +72,7 @@ class Supervisor:
         self._command_ns = 0
         self._hold: tuple[float, float] | None = None
         self._sent: tuple[float, float] | None = None
+        self._held_ns = 0
         self._well_ns: int | None = None
         self._followed_ns = 0
         self._damping = 1.0
@@ -109,19 +110,20 @@ class Supervisor:
             fault = "motors do not follow: is the driver armed?"
         live = self._live(inputs)
         if fault or live is None:
-            return self._stop(fault or "no estimate yet", inputs)
+            return self._stop(fault or "no estimate yet", inputs, now_ns)
         if self.mode is not Mode.ACTIVE and not self._recovered(now_ns):
             return self._hold
         if self.mode is not Mode.ACTIVE:
-            self.control.engage(live)
+            if self.mode is Mode.IDLE or now_ns - self._held_ns > RECOVERY_NS:
+                self.control.engage(live)
             self.mode, self._followed_ns = Mode.ACTIVE, now_ns
         self.reason = self.judgement.text if self.judgement is not None else ""
         self._sent = self.control.step(self.target, live)
         return self._sent
 
-    def _stop(self, reason: str, inputs: Inputs) -> tuple[float, float] | None:
-        if self.mode is Mode.ACTIVE or self._hold is None:
-            self._hold = inputs.motors if inputs.motors is not None else self._sent
+    def _stop(self, reason: str, inputs: Inputs, now_ns: int) -> tuple[float, float] | None:
+        if self.mode is not Mode.HOLDING or self._hold is None:
+            self._hold, self._held_ns = inputs.motors if inputs.motors is not None else self._sent, now_ns
         self.mode, self.reason, self._well_ns = Mode.HOLDING, reason, None
         return self._hold
 
@@ -130,7 +132,7 @@ class Supervisor:
             return True
         if self._well_ns is None:
             self._well_ns = now_ns
-        return now_ns - self._well_ns >= RECOVERY_NS
+        return now_ns - self._well_ns >= min(self._well_ns - self._held_ns, RECOVERY_NS)
 
     def _follows(self, inputs: Inputs, now_ns: int) -> bool:
         if self._sent is None or inputs.motors is None:
