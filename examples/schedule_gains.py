@@ -1,0 +1,93 @@
+"""Push with a wanted torque through a joint whose stiffness changes: gains follow the live estimate.
+
+The joint is a spring of stiffness K between the motors and the link. Its force is set by where the spring rests, so the
+gain from torque to equilibrium angle is 1/K; what damping the spring lacks for a quiet link is made up by feedback of
+the angular velocity. Both gains are scheduled on K and D as they are now, and kept where the estimate is not to be
+trusted.
+
+    python examples/schedule_gains.py --ros-args -p torque:=0.1 -p stiffness:=1.0
+"""
+
+import contextlib
+import math
+from dataclasses import dataclass
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from vsa_msgs.msg import JointImpedance, StiffnessCommand
+
+LINK_INERTIA = 0.004  # of what moves [kg m^2]
+DAMPING_RATIO = 0.7  # wanted of the link
+WORST = 0.2  # relative half width of the 95 % interval of K up to which K is used
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Equilibrium = torque * compliance - velocity * lead."""
+
+    compliance: float  # [rad/(N m)]
+    lead: float  # [s]
+
+
+def schedule(joint: JointImpedance, before: Gains | None) -> Gains | None:
+    """Gains for the joint as it is now; those of `before` where stiffness is not valid or too badly known.
+
+    The stiffness that is used is the lower end of the 95 % interval for the lead and the upper end for the
+    compliance: who does not know pushes less and damps less.
+    """
+    if not joint.stiffness_valid:
+        return before
+    spread = 1.96 * math.sqrt(joint.stiffness_variance) / joint.stiffness
+    if spread > WORST:
+        return before
+    low, high = joint.stiffness * math.exp(-spread), joint.stiffness * math.exp(spread)
+    wanted = 2.0 * DAMPING_RATIO * math.sqrt(low * LINK_INERTIA)
+    has = joint.damping if joint.damping_valid else wanted
+    return Gains(1.0 / high, max(0.0, wanted - has) / high)
+
+
+class Scheduler(Node):
+    """Publishes stiffness_command at the rate of its timer; says nothing, and so holds, without an estimate."""
+
+    def __init__(self) -> None:
+        super().__init__("schedule_gains", namespace="vsa")
+        self.torque = self.declare_parameter("torque", 0.1).value  # [N m]
+        self.stiffness = self.declare_parameter("stiffness", 1.0).value  # [N m/rad]
+        self.gains: Gains | None = None
+        self.velocity = 0.0  # [rad/s]
+        self.angle: tuple[float, float] | None = None
+        self.commands = self.create_publisher(StiffnessCommand, "stiffness_command", 10)
+        self.create_subscription(JointImpedance, "joint_impedance", self.on_joint, 10)
+        self.create_subscription(JointState, "joint_states", self.on_angle, 10)
+        self.create_timer(0.05, self.command)
+
+    def on_joint(self, joint: JointImpedance) -> None:
+        self.gains = schedule(joint, self.gains)
+
+    def on_angle(self, state: JointState) -> None:
+        time, angle = state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec, state.position[0]
+        if self.angle and time > self.angle[0]:
+            slope, step = (angle - self.angle[1]) / (time - self.angle[0]), time - self.angle[0]
+            self.velocity += (slope - self.velocity) * step / (0.02 + step)
+        self.angle = time, angle
+
+    def command(self) -> None:
+        if self.gains is None:
+            return
+        equilibrium = self.torque * self.gains.compliance - self.velocity * self.gains.lead
+        message = StiffnessCommand(equilibrium_angle=equilibrium, stiffness=self.stiffness)
+        message.header.stamp = self.get_clock().now().to_msg()
+        self.commands.publish(message)
+        self.get_logger().info(f"equilibrium {equilibrium:.4f} rad for {self.torque:g} N m", throttle_duration_sec=1.0)
+
+
+def main() -> None:
+    rclpy.init()
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        rclpy.spin(Scheduler())
+
+
+if __name__ == "__main__":
+    main()
