@@ -114,6 +114,8 @@ def _worst(errors: Iterable[float]) -> str:
 
 
 def _pair(outcomes: Sequence[Outcome], of: Callable[[Outcome], tuple[Impedance, Impedance]]) -> str:
+    if not outcomes:
+        return "the expansion holds in no case"
     parts = []
     for name in NAMES:
         errors = [abs(relative_error(value, reference, name)) for value, reference in map(of, outcomes)]
