@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from vsa_common.configuration import ConfigurationError, parameter_files, read_parameter_file
+from vsa_common.configuration import parameter_files, read_parameter_file
 
 DEFAULT = "vsa"
 
@@ -11,16 +11,15 @@ def joints(arguments: Sequence[str], node: str = "driver") -> list[str]:
     """Namespaces in which a parameter file of the ROS `arguments` names `node`, in the order of the files.
 
     `/left/driver` and `/right/driver` are two joints; what both share can stand under `/**/driver`. A file that
-    names no namespace describes one joint, `vsa` or what `-r __ns:=` calls it. Raises ConfigurationError.
+    names no namespace describes one joint, `vsa`. `-r __ns:=/left` picks one of several.
+    Raises ConfigurationError for a file that cannot be read.
     """
+    if any("__ns:=" in argument for argument in arguments):
+        return [DEFAULT]  # which ROS calls otherwise
     found: dict[str, None] = {}
     for path in parameter_files(arguments):
         for key in read_parameter_file(path):
             namespace, _, name = str(key).strip("/").rpartition("/")
             if name == node and namespace and "*" not in namespace:
                 found[namespace] = None
-    if any("__ns:=" in argument for argument in arguments):
-        if len(found) > 1:
-            raise ConfigurationError(f"__ns would put {', '.join(found)} into one namespace; leave it out")
-        return [DEFAULT]
     return list(found) or [DEFAULT]

@@ -30,7 +30,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Member(Part):
-    """A node in a namespace, or a process that takes its namespaces from the parameter file."""
+    """A node in a namespace, or a process with nodes of several names or namespaces."""
 
     namespace: str = ""
     node: str = ""
@@ -38,8 +38,8 @@ class Member(Part):
 
     def command(self, parameters: Path) -> list[str]:
         ros = ["--ros-args", "--params-file", str(parameters)]
-        if self.namespace:
-            ros += ["-r", f"__ns:=/{self.namespace}", "-r", f"__node:={self.node}"]
+        ros += ["-r", f"__ns:=/{self.namespace}"] if self.namespace else []
+        ros += ["-r", f"__node:={self.node}"] if self.node else []
         if self.ordinary:
             return [sys.executable, "-m", "vsa_bringup.live_bench.ordinary", self.node, *ros]
         return [executable(self.package, self.executable), *ros]
@@ -51,9 +51,9 @@ def rigs(case: Case) -> list[Member]:
 
 
 def suite(case: Case) -> list[Member]:
-    """The processes that are measured. One driver serves all joints."""
+    """The processes that are measured: composed one for each joint, separate one driver for all."""
     if case.mode == COMPOSED:
-        return [Member("composed", "vsa_bringup", "composed", nice=case.nice)]
+        return [_member(case, "vsa_bringup", "composed", "", space) for space in case.namespaces]
     ordinary = case.mode == ORDINARY
     members = [Member("driver", "vsa_driver", "driver", nice=case.nice, node="driver", ordinary=ordinary)]
     for space in case.namespaces:
@@ -65,9 +65,10 @@ def suite(case: Case) -> list[Member]:
     return members
 
 
-def _member(case: Case, package: str, executable: str, node: str, space: str, ordinary: bool = False) -> Member:
-    name = node if case.joints == 1 else f"{space}_{node}"
-    return Member(name, package, executable, nice=case.nice, namespace=space, node=node, ordinary=ordinary)
+def _member(case: Case, package: str, executable_name: str, node: str, space: str, ordinary: bool = False) -> Member:
+    name = node or executable_name
+    name = name if case.joints == 1 else f"{space}_{name}"
+    return Member(name, package, executable_name, nice=case.nice, namespace=space, node=node, ordinary=ordinary)
 
 
 def write_case(path: Path, case: Case, first_port: int) -> None:
