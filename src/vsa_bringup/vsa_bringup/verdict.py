@@ -38,7 +38,7 @@ def summarise(folder: Path, arrivals_ns: Sequence[tuple[int, int]]) -> dict[str,
         "rate_hz": rig.rate_hz,
         "duration_s": len(truth["stiffness_1"]) / rig.rate_hz,
         "transmissions": transmissions,
-        "joint": joint_summary(recorded.joint(), truth, _geometry(rig)),
+        "joint": joint_summary(recorded.joint(), truth, geometry(rig)),
         "latency_ms": latency_summary(_latencies(recorded, arrivals_ns)),
     }
 
@@ -56,7 +56,8 @@ def _latencies(recorded: Recorded, arrivals_ns: Sequence[tuple[int, int]]) -> In
     return latency_ns
 
 
-def _geometry(rig: SimulatorConfig) -> Geometry:
+def geometry(rig: SimulatorConfig) -> Geometry:
+    """How the simulated rig's transmissions reach its joint."""
     sides: tuple[TransmissionConfig, TransmissionConfig] = (rig.transmission_1, rig.transmission_2)
     return Geometry(rig.joint.radius, (sides[0].tendon_stiffness, sides[1].tendon_stiffness), rig.joint.damping)
 

@@ -105,7 +105,8 @@ class DriverNode(SuiteNode[DriverSettings]):
         silent = self._silent()
         if silent:
             failed = f"{self._link.last_reason}, then " if "bus_failures" in trouble else ""
-            return ERROR, f"{failed}no samples of {' and '.join(silent)}", values
+            besides = f"; {described(trouble)}" if trouble else ""
+            return ERROR, f"{failed}no samples of {' and '.join(silent)}{besides}", values
         if trouble:
             self.get_logger().warning(described(trouble), throttle_duration_sec=LOG_EVERY_S)
             return WARN, described(trouble), values

@@ -11,6 +11,7 @@ FROZEN_TIME = 0.03  # a flickering encoder that repeats itself for this long, an
 ODDS = 25.0  # natural logarithm of those odds
 FLICKER = 0.1  # share of samples at which a flickering encoder turns round
 DEAFENING = 30.0  # times its usual noise, from which on an encoder is not believed at all
+BRISK = (10.0, 3.0)  # slopes of force and deflection after which they ring, in standard deviations a sample
 MEMORY = 500.0  # samples over which flicker is looked for
 COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s]
 
@@ -74,8 +75,9 @@ class Noisiness:
     RINGING = 4.0  # times the steepest slope of late, from sample to sample
     SHARE = 0.35  # of loud samples from which on the noise is
 
-    def __init__(self) -> None:
-        """Nothing seen yet."""
+    def __init__(self, brisk: float) -> None:
+        """`brisk` is the slope, in standard deviations a sample, from which on a rod may ring."""
+        self._brisk = brisk
         self._values = (math.nan, math.nan)
         self._difference = math.nan
         self._slope = 0.0  # a sample, leaky mean
@@ -87,7 +89,8 @@ class Noisiness:
         """Take a sample and the standard deviation that its noise should have; its ratio to that, 1 for the usual."""
         before, last = self._values
         difference = value - 2.0 * last + before
-        product = -difference * self._difference / (4.0 * (std * std + (self.RINGING * self._steepest) ** 2))
+        ringing = self.RINGING * self._steepest if self._steepest > self._brisk * std else 0.0
+        product = -difference * self._difference / (4.0 * (std * std + ringing * ringing))
         self._values, self._difference = (last, value), difference
         if product != product:
             return 1.0
@@ -111,7 +114,7 @@ class Health:
         self.blind = False  # the encoder is not to be believed
         self.force_noise = 1.0  # times what it should be
         self.deflection_noise = 1.0
-        self._noise = Noisiness(), Noisiness()
+        self._noise = tuple(map(Noisiness, BRISK))
         resolution = config.deflection_resolution / math.sqrt(12.0)
         self._stds = config.force_noise_std, math.hypot(config.deflection_noise_std, resolution)
         friction = config.initial.coulomb_friction + 2.0 * config.initial.coulomb_friction_std
@@ -123,7 +126,7 @@ class Health:
         self._complaints.clear()
         self.blind = False
         self.force_noise = self.deflection_noise = 1.0
-        self._noise = Noisiness(), Noisiness()
+        self._noise = tuple(map(Noisiness, BRISK))
         self._force = Constancy()
         self._encoder = Constancy()
 
