@@ -98,6 +98,27 @@ def test_a_stuck_encoder_is_not_believed_for_longer_than_a_tenth_of_a_second():
     assert estimates[-1].stiffness == pytest.approx(recording.stiffness[-1], rel=0.003)
 
 
+def test_samples_that_queued_up_and_come_in_a_burst_are_not_believed():
+    recording, t = clean(30.0)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    arrival_ns = recording.stamp_ns.copy()
+    late = (t >= BEGIN) & (t < BEGIN + 0.06)
+    arrival_ns[late] = arrival_ns[late][-1] + 1000 * np.arange(late.sum())  # 60 ms of samples at once
+    reasons, lie, longest = [], 0.0, 0.0
+    for k, sample in enumerate(zip(arrival_ns.tolist(), recording.force.tolist(), recording.deflection.tolist())):  # noqa: B905
+        estimate = estimator.add(*sample)
+        if estimate is None or t[k] < BEGIN:
+            continue
+        reasons.append((t[k] - BEGIN, estimator.state().reason) if k % 5 == 0 else (math.inf, ""))
+        error = abs(math.log(estimate.stiffness / recording.stiffness[k]))
+        std = math.sqrt(estimate.stiffness_variance) / estimate.stiffness
+        lie = lie + 1.0 / RATE if estimate.stiffness_valid and error > max(0.01, 4.0 * std) else 0.0
+        longest = max(longest, lie)
+    assert named(reasons, "burst") < 0.1
+    assert longest < LIE
+    assert estimate.status is Status.VALID
+
+
 NUMBERS = st.floats(width=64) | st.sampled_from([0.0, 0.01, 20.0, -1e300, 5e-324])
 
 

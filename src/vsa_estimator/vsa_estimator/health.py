@@ -12,6 +12,7 @@ ODDS = 25.0  # natural logarithm of those odds
 FLICKER = 0.1  # share of samples at which a flickering encoder turns round
 DEAFENING = 30.0  # times its usual noise, from which on an encoder is not believed at all
 BRISK = (10.0, 3.0)  # slopes of force and deflection after which they ring, in standard deviations a sample
+BURST_NS = 50_000_000  # the encoder is not believed for so long after a burst of samples
 MEMORY = 500.0  # samples over which flicker is looked for
 COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s]
 
@@ -101,6 +102,34 @@ class Noisiness:
         return math.sqrt(max(self._variance, 1.0)) if self._loud > self.SHARE else 1.0
 
 
+class Pace:
+    """Tells samples that queued up on their way: their stamps are those of a burst, not of the measurement."""
+
+    HURRY = 0.3  # of the usual interval, below which a sample belongs to a burst
+    WORTH = 50.0  # samples
+    LONGEST = 35e6  # samples of this time may come at once; a busy sender catches up [ns]
+    FEWEST = 5
+
+    def __init__(self) -> None:
+        """Nothing seen yet."""
+        self._last_ns = 0
+        self._interval = 0.0  # [ns]
+        self._seen = 0
+        self._run = 0
+
+    def observe(self, stamp_ns: int) -> bool:
+        """Take a stamp; whether it belongs to a burst that is too long."""
+        step, self._last_ns = float(stamp_ns - self._last_ns), stamp_ns
+        self._seen += 1
+        if self._seen < 3:
+            self._interval = step
+            return False
+        self._run = self._run + 1 if step < self.HURRY * self._interval else 0
+        worth = min(self._seen, self.WORTH) * (10.0 if self._run else 1.0)
+        self._interval += (min(step, 2.0 * self._interval) - self._interval) / worth
+        return self._run >= self.FEWEST and self._run * self._interval > self.LONGEST
+
+
 class Health:
     """Watches every raw sample of both sensors."""
 
@@ -110,6 +139,8 @@ class Health:
         self._force = Constancy()
         self._encoder = Constancy()
         self._complaints: dict[str, int] = {}
+        self._pace = Pace()
+        self._burst_until_ns = 0
         self.force_repeated = 0
         self.blind = False  # the encoder is not to be believed
         self.force_noise = 1.0  # times what it should be
@@ -129,14 +160,19 @@ class Health:
         self._noise = tuple(map(Noisiness, BRISK))
         self._force = Constancy()
         self._encoder = Constancy()
+        self._pace = Pace()
+        self._burst_until_ns = 0
 
     def observe(self, stamp_ns: int, force: float, deflection: float) -> bool:
         """Take one raw sample; whether its force is news that may be learnt from."""
         self._force.observe(stamp_ns, force, deflection)
         self._encoder.observe(stamp_ns, deflection, force)
         self._listen(stamp_ns, force, deflection)
+        if self._pace.observe(stamp_ns):
+            self._complain("samples in a burst: they queued up on their way", stamp_ns)
+            self._burst_until_ns = stamp_ns + BURST_NS
         frozen = self._encoder.repeated and self._encoder.frozen(stamp_ns)
-        self.blind = frozen or self.deflection_noise > DEAFENING
+        self.blind = frozen or self.deflection_noise > DEAFENING or stamp_ns < self._burst_until_ns
         if frozen:
             self._complain("encoder stuck: it repeats itself to the last digit", stamp_ns)
         fresh = not self._force.repeated
