@@ -9,7 +9,7 @@ unless a comment in the line before it says what cannot be as it stands:
     <!-- tested: together for SECONDS s -->    the same, after some seconds of life
     <!-- tested: beside the rig -->            the simulated rig, at rest, and its driver run meanwhile
     <!-- tested: elsewhere FILE: WORDS -->     too long, or done already: FILE, which runs, has the block's WORDS
-    <!-- tested: hardware -->                  needs a real bus: only its syntax is looked at
+    <!-- tested: hardware -->                  needs a real bus or an installed ROS: only its syntax is looked at
 """
 
 import contextlib
@@ -66,7 +66,7 @@ COMMANDS = [block for block in BLOCKS if block.language == "bash"]
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_no_command_stands_where_it_would_not_be_run(document):
     rest = FENCE.sub("", document.read_text())
-    assert re.findall(r"^(?: {4,}|\t).*\./vsa.*$", rest, flags=re.M) == []
+    assert re.findall(r"^(?: {4,}|\t)(?:\./vsa|ros2|export|python|sudo|pip|git|cp) .*$", rest, flags=re.M) == []
     for block in blocks_of(document):
         assert block.language in ("bash", "yaml", "python", "text"), block.name
         assert block.language != "text" or "./vsa " not in block.body, block.name
@@ -189,8 +189,10 @@ def name_of(line):
     return renamed[1] if renamed else line.split()[3]
 
 
-@contextlib.contextmanager
-def rig_at_rest(corner):
+@pytest.fixture(scope="module")
+def rig():
+    """A corner of its own, in which the simulated rig rests and its driver runs."""
+    corner = claim_corner()
     bus = ["-p", f"bus.options:=['hop_limit=0','port={corner.bus_port}']"]
     nodes = {"rig_simulator": ["-p", "rate_hz:=200", "-p", "profile.kind:=hold", *bus], "driver": bus}
     running = [
@@ -201,7 +203,7 @@ def rig_at_rest(corner):
     ]
     try:
         wait_until_active(nodes, corner.domain, running)
-        yield
+        yield corner
     finally:
         for process in running:
             process.send_signal(signal.SIGINT)
@@ -210,7 +212,7 @@ def rig_at_rest(corner):
 
 
 @pytest.mark.parametrize("block", COMMANDS, ids=lambda block: block.name)
-def test_the_commands_do_what_the_document_says(block, recorded, corner):
+def test_the_commands_do_what_the_document_says(block, recorded, corner, request):
     rule, _, rest = block.rule.partition(" ")
     lines = [line for line in block.body.strip().splitlines() if line.strip() and not line.startswith("#")]
     if rule == "hardware":
@@ -228,8 +230,7 @@ def test_the_commands_do_what_the_document_says(block, recorded, corner):
                 time.sleep(float(rest.split()[1]))
                 assert all(process.poll() is None for process in running)
     elif rule == "beside":
-        with rig_at_rest(corner):
-            run(block.body, recorded, corner)
+        run(block.body, recorded, request.getfixturevalue("rig"))
     elif block.body.strip() != DEMO:  # that one was run for all of them
         assert rule in ("", "with", "data"), block.rule
         if rule == "data":

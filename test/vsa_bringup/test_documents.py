@@ -11,6 +11,7 @@ from vsa_common.configuration import parameters
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SECTIONS = {
+    "every_node": "Every node",
     "driver": "Driver",
     "estimator": "Estimator",
     "joint": "Joint",
