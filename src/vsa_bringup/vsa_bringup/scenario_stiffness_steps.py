@@ -85,10 +85,14 @@ class Scenario(PlainScenario):
             self._refused.append(refusal)
 
     def _begins_of_rig(self, folder: Path, rig_time: Any) -> list[float]:
-        """Instants at which the plan's steps were commanded, on the rig's clock, by its samples' capture stamps."""
+        """Instants at which the plan's steps were commanded, on the rig's clock, by its samples' capture stamps.
+
+        The plan's own where the bag does not have them all.
+        """
+        planned = [command.time for command in plan.step_commands()]
         frames = Recorded(folder / "bag").frames("transmission_1")
         if not len(frames.counter):
-            return [command.time for command in plan.step_commands()]
+            return planned
         out: list[float] = []
         last = None
         for _, _, message in read(folder / "bag", ["/vsa/stiffness_command"]):
@@ -97,7 +101,7 @@ class Scenario(PlainScenario):
                 after = int(np.searchsorted(frames.stamp_ns, nanoseconds(message.header.stamp)))
                 sample = int(frames.counter[min(after, len(frames.counter) - 1)])
                 out.append(float(rig_time[min(sample, len(rig_time) - 1)]))
-        return out[: len(plan.step_commands())]
+        return out[: len(planned)] if len(out) >= len(planned) else planned
 
 
 def _show(figures: Mapping[str, Any]) -> None:
