@@ -110,6 +110,14 @@ def test_a_rezeroed_encoder_is_rejected_then_relocated_with_stiffness_k2_and_d2_
     assert estimate.deflection == pytest.approx(rest[-1][2] - 3e-3, abs=5e-5)
 
 
+def test_a_slow_stream_whose_encoder_jumps_goes_on():
+    recording = record(TRANSMISSION_1, SLOW, 60.0, rate=5)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    for index, (stamp_ns, force, deflection) in enumerate(rows(recording)):
+        estimate = estimator.add(stamp_ns, force, deflection - (3e-3 if index > 200 else 0.0))
+        assert all_finite(estimate)
+
+
 def test_a_stuck_encoder_is_named_and_recovers():
     estimator, _, rest, _ = converged()
     stuck = [estimator.add(stamp_ns, force, rest[0][2]) for stamp_ns, force, _ in rest[:300]]

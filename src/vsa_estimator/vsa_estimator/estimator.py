@@ -12,6 +12,7 @@ from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.health import Health, SpikeGate
 from vsa_estimator.intake import Intake, Verdict
 from vsa_estimator.jerk import JerkDensity
+from vsa_estimator.jump import Jump
 from vsa_estimator.learner import Learner
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, judge
@@ -130,8 +131,7 @@ class Estimator:
         self._tracker = Tracker(config.initial, rate)
         self._learner = Learner(config.initial, rate)
         self._trust = Trust(rate)
-        self._rejected: list[tuple[float, float]] = []
-        self._accepted_force = 0.0
+        self._jump = Jump()
         self._known = Known(*[False] * 7)
         self._estimate = None
         self._started = False
@@ -158,15 +158,13 @@ class Estimator:
         self._step_ns = block.stamp_ns
         if not tracker.correct_deflection(block.deflection, deflection_variance):
             self._deflection_rejected += 1
-            self._rejected.append((block.deflection - float(tracker.z[0]), block.force if block.forces else math.nan))
-            patience = JUMPED if self._rejected_alike() else RELOCATE
+            self._jump.reject(block, float(tracker.z[0]))
+            patience = JUMPED if self._jump.alike else RELOCATE
             if block.stamp_ns - self._accepted_ns > patience * 1e9:
                 self._relocate(block, deflection_variance)
             return
         self._accepted_ns = block.stamp_ns
-        self._rejected.clear()
-        if block.forces:
-            self._accepted_force = block.force
+        self._jump.accept(block)
         self._deflection_noise.add(block.deflection, block.samples)
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
@@ -250,10 +248,9 @@ class Estimator:
         """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
         tracker = self._tracker
         if tracker.knows:
-            seen = self._rejected[1:4]  # the first may be half of one place, half of the other
-            jump = float(np.median([off for off, _ in seen]))
-            if self._stayed(jump, seen[0][1]):
-                self._trust.move(tracker, jump, float(np.var([off for off, _ in seen])) + deflection_variance)
+            jump, place = self._jump.size, float(tracker.z[0])
+            if self._jump.stayed(tracker.expected_force(place + jump) - tracker.expected_force(place)):
+                self._trust.move(tracker, jump, self._jump.variance + deflection_variance)
                 self._trust.doubt(tracker, f"encoder jumped by {1e3 * jump:+.2f} mm")
         else:
             tracker.reference = block.deflection
@@ -264,19 +261,9 @@ class Estimator:
         self._interrupt(block, deflection_variance)
         self._count_reset(Reset.DEFLECTION)
 
-    def _rejected_alike(self) -> bool:
-        offsets = [off for off, _ in self._rejected[1:]]
-        return len(offsets) >= 3 and max(offsets) - min(offsets) < 0.1 * abs(offsets[0])
-
-    def _stayed(self, jump: float, force: float) -> bool:
-        """Whether the force, just after the encoder jumped, says that the rod did not."""
-        x = float(self._tracker.z[0])
-        moved = abs(self._tracker.expected_force(x + jump) - self._tracker.expected_force(x))
-        return not abs(force - self._accepted_force) > 0.5 * moved  # an absent force says nothing against it
-
     def _interrupt(self, block: Block, deflection_variance: float) -> None:
         self._accepted_ns = block.stamp_ns
-        self._rejected.clear()
+        self._jump.clear()
         self._trust.interrupt()
         self._jerk.restart(block.deflection, deflection_variance)
         self._deflection_noise.interrupt()

@@ -1,0 +1,58 @@
+"""Deflections that the gate rejects one after another: an encoder that jumped, or a rod that nobody believed."""
+
+import math
+
+import numpy as np
+from vsa_estimator.blocks import Block
+
+ALIKE = 0.1  # rejected offsets that differ by less than this share of their size are one jump
+STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
+
+
+class Jump:
+    """The rejected offsets since the last accepted deflection, and the force before."""
+
+    def __init__(self) -> None:
+        """Nothing rejected yet."""
+        self._rejected: list[tuple[float, float]] = []
+        self._force = math.nan
+
+    def reject(self, block: Block, expected: float) -> None:
+        """The filter expected another deflection [m]."""
+        self._rejected.append((block.deflection - expected, block.force if block.forces else math.nan))
+
+    def accept(self, block: Block) -> None:
+        """All is well."""
+        self._rejected.clear()
+        if block.forces:
+            self._force = block.force
+
+    def clear(self) -> None:
+        """The motion has a gap."""
+        self._rejected.clear()
+
+    @property
+    def alike(self) -> bool:
+        """Whether several were off by the same."""
+        offsets = [offset for offset, _ in self._rejected[1:]]
+        return len(offsets) >= 3 and max(offsets) - min(offsets) < ALIKE * abs(offsets[0])
+
+    @property
+    def size(self) -> float:
+        """By how much the encoder jumped [m]."""
+        return float(np.median([offset for offset, _ in self._seen]))
+
+    @property
+    def variance(self) -> float:
+        """Of the size, by the scatter of what was rejected [m^2]."""
+        return float(np.var([offset for offset, _ in self._seen]))
+
+    def stayed(self, elastic: float) -> bool:
+        """Whether the force, just after it, says that the rod did not move; `elastic` is what moving would cost [N]."""
+        change = self._seen[0][1] - self._force
+        return not abs(change) > STAYED * abs(elastic)  # an absent force says nothing against it
+
+    @property
+    def _seen(self) -> list[tuple[float, float]]:
+        # the first may be half of one place, half of the other; later ones suffer from the prediction
+        return self._rejected[1:4] or self._rejected
