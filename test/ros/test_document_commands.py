@@ -6,7 +6,7 @@ unless a comment in the line before it says what cannot be as it stands:
     <!-- tested: with ARGUMENTS -->            they are appended: a shorter run
     <!-- tested: data FILE -->                 the test lays that recording there before
     <!-- tested: together until active -->     lines are terminals; ended by Ctrl-C once their nodes are active
-    <!-- tested: together for SECONDS s -->    the same, after some seconds of life
+    <!-- tested: together until TEXT, TEXT -->  the same, once each has said its text
     <!-- tested: beside the rig -->            the simulated rig, at rest, and its driver run meanwhile
     <!-- tested: elsewhere FILE: WORDS -->     too long, or done already: FILE, which runs, has the block's WORDS
     <!-- tested: hardware -->                  needs a real bus or an installed ROS: only its syntax is looked at
@@ -25,8 +25,11 @@ import numpy as np
 import pytest
 import rclpy
 import yaml
+from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
 from vsa_bringup.isolation import claim_corner
 from vsa_bringup.processes import executable
 from vsa_common.configuration import load
@@ -138,49 +141,76 @@ def lay(file):
 
 @contextlib.contextmanager
 def terminals(lines, folder, corner):
-    """Each line a terminal of its own; they end by Ctrl-C, and end well."""
-    running = [
-        subprocess.Popen(
-            ["bash", "-c", f"exec {line}"], cwd=folder, env=corner.environment(), stderr=subprocess.PIPE, text=True
-        )
-        for line in lines
-    ]
+    """Each line a terminal of its own, with what it says in a file; they end by Ctrl-C, and end well."""
+    files = [folder / f"said_{i}.txt" for i in range(len(lines))]
+    running = []
+    for line, file in zip(lines, files, strict=True):
+        with file.open("w") as output:
+            command = ["bash", "-c", f"exec {line}"]
+            running.append(
+                subprocess.Popen(command, cwd=folder, env=corner.environment(), stdout=output, stderr=subprocess.STDOUT)
+            )
     try:
-        yield running
+        yield list(zip(running, files, strict=True))
         for process in running:
             process.send_signal(signal.SIGINT)
-        for line, process in zip(lines, running, strict=True):
-            _, errors = process.communicate(timeout=30.0)
-            assert process.returncode == 0, f"{line}\n{errors}"
+        for line, file, process in zip(lines, files, running, strict=True):
+            assert process.wait(30.0) == 0, f"{line}\n{file.read_text()}"
     finally:
         for process in running:
             process.kill()
 
 
-def wait_until_active(names, domain, running=()):
-    """Return when every node is active; a process that ends before fails."""
+def wait_until_said(texts, running):
+    """Return when each process has said its text."""
+    end = time.monotonic() + 60.0
+    for text, (process, file) in zip(texts, running, strict=True):
+        while text not in file.read_text():
+            assert process.poll() is None, file.read_text()
+            assert time.monotonic() < end, f"{text}: {file.read_text()}"
+            time.sleep(0.1)
+
+
+@contextlib.contextmanager
+def listening(domain):
+    """A node of the test in a ROS domain, and what spins it."""
     context = rclpy.Context()
-    rclpy.init(context=context, args=[], domain_id=domain)
+    rclpy.init(context=context, args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("reader", namespace="vsa", context=context)
-    executor = rclpy.executors.SingleThreadedExecutor(context=context)
+    executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
     try:
+        yield node, executor
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+
+
+def wait_until_active(names, domain):
+    """Return when every node is active."""
+    with listening(domain) as (node, executor):
         waiting, end = (
             {name: node.create_client(GetState, f"{name}/get_state") for name in names},
             time.monotonic() + 60.0,
         )
         while waiting:
             assert time.monotonic() < end, f"{', '.join(waiting)} not active"
-            assert all(process.poll() is None for process in running)
             for name, client in list(waiting.items()):
                 if client.wait_for_service(0.1):
                     future = client.call_async(GetState.Request())
                     executor.spin_until_future_complete(future, timeout_sec=5.0)
                     if future.done() and future.result().current_state.id == State.PRIMARY_STATE_ACTIVE:
                         del waiting[name]
-    finally:
-        node.destroy_node()
-        rclpy.shutdown(context=context)
+
+
+def wait_for_samples(count, domain):
+    """Return when the driver has published so many forces."""
+    with listening(domain) as (node, executor):
+        heard, end = [], time.monotonic() + 60.0
+        node.create_subscription(WrenchStamped, "transmission_1/force", heard.append, 1000)
+        while len(heard) < count:
+            assert time.monotonic() < end, f"{len(heard)} samples"
+            executor.spin_once(timeout_sec=0.5)
 
 
 def name_of(line):
@@ -194,7 +224,8 @@ def rig():
     """A corner of its own, in which the simulated rig rests and its driver runs."""
     corner = claim_corner()
     bus = ["-p", f"bus.options:=['hop_limit=0','port={corner.bus_port}']"]
-    nodes = {"rig_simulator": ["-p", "rate_hz:=200", "-p", "profile.kind:=hold", *bus], "driver": bus}
+    rest = ["-p", "rate_hz:=200", "-p", "profile.kind:=hold", "-p", "torque.amplitudes:=[0.0, 0.0]"]
+    nodes = {"rig_simulator": [*rest, *bus], "driver": bus}
     running = [
         subprocess.Popen(
             [executable("vsa_driver", name), "--ros-args", "-r", "__ns:=/vsa", *arguments], env=corner.environment()
@@ -202,7 +233,7 @@ def rig():
         for name, arguments in nodes.items()
     ]
     try:
-        wait_until_active(nodes, corner.domain, running)
+        wait_for_samples(300, corner.domain)
         yield corner
     finally:
         for process in running:
@@ -225,10 +256,9 @@ def test_the_commands_do_what_the_document_says(block, recorded, corner, request
     elif rule == "together":
         with terminals(lines, recorded, corner) as running:
             if rest == "until active":
-                wait_until_active([name_of(line) for line in lines], corner.domain, running)
+                wait_until_active([name_of(line) for line in lines], corner.domain)
             else:
-                time.sleep(float(rest.split()[1]))
-                assert all(process.poll() is None for process in running)
+                wait_until_said(rest.removeprefix("until ").split(", "), running)
     elif rule == "beside":
         run(block.body, recorded, request.getfixturevalue("rig"))
     elif block.body.strip() != DEMO:  # that one was run for all of them
