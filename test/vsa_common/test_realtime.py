@@ -1,0 +1,34 @@
+"""Wishes to the kernel, in a process of their own: they outlive the one who asks."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+ASK = "from vsa_common.realtime import RealTime, ask_for; import os, threading; "
+THREAD = "threading.Thread(target=threading.Event().wait, daemon=True).start(); "
+
+
+def answer(code):
+    run = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, check=True)
+    return run.stdout.strip()
+
+
+def test_no_wish_changes_nothing():
+    before = answer("print(os.sched_getscheduler(0), os.nice(0))")
+    assert answer("print(*ask_for(RealTime()), os.sched_getscheduler(0), os.nice(0))") == before
+
+
+def test_a_nice_value_holds_for_every_thread():
+    code = "ask_for(RealTime(nice=19)); threads = map(int, os.listdir('/proc/self/task')); "
+    assert answer(THREAD + code + "print(*[os.getpriority(os.PRIO_PROCESS, t) for t in threads])") == "19 19"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can take rights away from itself")
+def test_what_is_not_permitted_is_said_with_its_remedy_and_does_not_end_the_process():
+    drop = "os.setgid(65534); os.setuid(65534); "
+    said = answer(drop + "print(*ask_for(RealTime(priority=50, nice=-5, lock_memory=True)), sep='\\n')")
+    assert "realtime.nice = -5 is not permitted" in said
+    assert "realtime.priority = 50 is not permitted" in said
+    assert "LimitRTPRIO=" in said
