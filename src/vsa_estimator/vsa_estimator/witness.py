@@ -48,18 +48,51 @@ class Shift(NamedTuple):
     std: float  # of the one that is not zero
 
 
+class Rows:
+    """The last blocks: time [s], deflection [m], force [N], each a row of `view`."""
+
+    def __init__(self, capacity: int) -> None:
+        """`capacity` of them are kept."""
+        self._capacity = capacity
+        self._buffer = np.empty((3, 2 * capacity))
+        self._begin = self._end = 0
+
+    @property
+    def view(self) -> Array:
+        """What is kept, oldest first; good until the next is appended."""
+        return self._buffer[:, self._begin : self._end]
+
+    def append(self, time: float, deflection: float, force: float) -> None:
+        """Keep one more."""
+        if self._end == 2 * self._capacity:
+            kept = self.view.copy()
+            self._begin, self._end = 0, kept.shape[1]
+            self._buffer[:, : self._end] = kept
+        self._buffer[:, self._end] = time, deflection, force
+        self._end += 1
+        self._begin = max(self._begin, self._end - self._capacity)
+
+    def drop_before(self, time: float) -> None:
+        """Forget what is older [s]."""
+        self._begin += int(np.searchsorted(self.view[0], time))
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._begin = self._end = 0
+
+
 class Witness:
     """Coefficients of a few seconds ago and what the sensors say against them."""
 
     def __init__(self, rate: float) -> None:
         """`rate` of the blocks [Hz]."""
         self._kept: deque[Coefficients] = deque(maxlen=2)
-        self._rows: deque[tuple[float, float, float]] = deque(maxlen=int(WINDOWS[-1] * rate) + 1)
+        self._rows = Rows(int(WINDOWS[-1] * rate) + 1)
         self._usual = [value * value for value in USUAL]
         self._looks = USUAL_WORTH
         self._looked = 0.0
         self._means: list[float | None] = [None] * len(WINDOWS)
-        self._doubtful = [0.0] * len(WINDOWS)  # what uncertain coefficients explain [N]
+        self._doubtful = 0.0  # what uncertain coefficients explain [N]
         self._travel = (math.inf, -math.inf)  # [m]
 
     def forget(self) -> None:
@@ -76,7 +109,7 @@ class Witness:
     def keep(self, coefficients: Coefficients) -> None:
         """Remember what is known now; the one before it is what the sensors are held against."""
         self._kept.append(coefficients)
-        places = [deflection for _, deflection, _ in self._rows]
+        places = self._rows.view[1].tolist()
         self._travel = min((self._travel[0], *places)), max((self._travel[1], *places))
 
     def replace(self, coefficients: Coefficients) -> None:
@@ -94,7 +127,7 @@ class Witness:
 
     def add(self, time: float, deflection: float, force: float) -> bool:
         """Take a block [s, m, N], NaN for no force; whether there is something new to tell."""
-        self._rows.append((time, deflection, force))
+        self._rows.append(time, deflection, force)
         if not self._kept or time - self._looked < PERIOD:
             return False
         self._looked = time
@@ -104,9 +137,9 @@ class Witness:
     @property
     def vague(self) -> bool:
         """Whether the coefficients are too uncertain, here, to be held against anybody."""
-        usual, (low, high), place = math.sqrt(self._usual[DECIDES]), self._travel, self._rows[-1][1]
+        usual, (low, high), place = math.sqrt(self._usual[DECIDES]), self._travel, float(self._rows.view[1, -1])
         margin = BEYOND / float(self._kept[0].mean[1])
-        uncertain = self._doubtful[DECIDES] > VAGUE * usual or usual > POOR
+        uncertain = self._doubtful > VAGUE * usual or usual > POOR
         return uncertain or self._means[DECIDES] is None or not low - margin < place < high + margin
 
     @property
@@ -131,8 +164,7 @@ class Witness:
 
     def settle(self) -> None:
         """What was contradicted is over: older rows say nothing more."""
-        while self._rows and self._rows[0][0] < self._looked - WINDOWS[DECIDES]:
-            self._rows.popleft()
+        self._rows.drop_before(self._looked - WINDOWS[DECIDES])
 
     def explain(self) -> Shift | None:
         """A constant shift of one sensor that explains the last seconds, if it does and the other's does not."""
@@ -156,7 +188,7 @@ class Witness:
         mean = self._means[index]
         if mean is None:
             return None
-        return abs(mean) / (LIMIT * math.hypot(math.sqrt(self._usual[index]), self._doubtful[index]))
+        return abs(mean) / (LIMIT * math.hypot(math.sqrt(self._usual[index]), self._doubtful))
 
     def _look(self) -> None:
         time, residual, _, moving = self._residuals()
@@ -166,16 +198,16 @@ class Witness:
             first = int(np.searchsorted(time, time[-1] - window)) if time.size else 0
             enough = time.size - first >= 3 and time[-1] - time[first] > 0.8 * window - 2.0 * PERIOD
             self._means[index] = float(residual[first:].mean()) if enough else None
-            self._doubtful[index] = self._uncertainty(first) if enough else 0.0
+            if index == DECIDES:
+                self._doubtful = self._uncertainty(first) if enough else 0.0
 
     def _residuals(self) -> tuple[Array, Array, Array, Array]:
         """Time, measured minus expected force, stiffness, and whether it moves, where there is a fresh force."""
         nothing = np.zeros(0)
-        if len(self._rows) < 5 or self.kept is None:
+        time, deflection, force = self._rows.view
+        if time.size < 5 or self.kept is None:
             return nothing, nothing, nothing, nothing.astype(bool)
-        rows = np.array(self._rows)
-        time, deflection, force = rows.T
-        half = max(1, round(0.5 * BASE / float(np.median(np.diff(time)))))
+        half = max(1, round(0.5 * BASE * (time.size - 1) / float(time[-1] - time[0])))
         if time.size <= 2 * half:
             return nothing, nothing, nothing, nothing.astype(bool)
         span = time[2 * half :] - time[: -2 * half]
