@@ -4,6 +4,7 @@ A block is a ```bash fence. It runs as it stands, block after block of a documen
 unless a comment in the line before it says what cannot be as it stands:
 
     <!-- tested: with ARGUMENTS -->            they are appended: a shorter run
+    <!-- tested: help -->                      takes minutes: each line must be understood, with --help behind it
     <!-- tested: data FILE -->                 the test lays that recording there before
     <!-- tested: together until active -->     lines are terminals; ended by Ctrl-C once their nodes are active
     <!-- tested: together until TEXT, TEXT -->  the same, once each has said its text
@@ -253,6 +254,9 @@ def test_the_commands_do_what_the_document_says(block, recorded, corner, request
         file, _, words = rest.partition(": ")
         assert words in block.body
         assert words in (ROOT / file).read_text()
+    elif rule == "help":
+        for line in lines:
+            run(f"{line.partition('#')[0].strip()} --help", recorded, corner)
     elif rule == "together":
         with terminals(lines, recorded, corner) as running:
             if rest == "until active":

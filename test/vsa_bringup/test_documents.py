@@ -65,3 +65,9 @@ def test_every_link_leads_somewhere(document):
         assert path.exists(), target
         if anchor:
             assert anchor in anchors(path), target
+
+
+def test_the_index_names_every_benchmark():
+    index = (ROOT / "docs" / "benchmarks.md").read_text()
+    for document in sorted((ROOT / "docs" / "benchmarks").glob("*.md")):
+        assert f"benchmarks/{document.name}" in index

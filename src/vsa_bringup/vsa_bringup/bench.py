@@ -1,4 +1,4 @@
-"""`./vsa bench estimation|live|joint|soak`: the suite's figures, side by side with what they are measured against."""
+"""`./vsa bench estimation|live|joint|view|soak`: the suite's figures, side by side with what they are measured against."""
 
 import importlib
 import sys
@@ -7,6 +7,7 @@ BENCHES = {
     "estimation": "the estimators and their peers on simulated recordings",
     "live": "the whole suite, running",
     "joint": "the joint's impedance against the simulated joint's response",
+    "view": "processor time of the live page's server",
     "soak": "random frames, hours through the filter, the whole suite with its memory watched",
 }
 
