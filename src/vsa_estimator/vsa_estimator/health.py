@@ -107,8 +107,8 @@ class Pace:
 
     HURRY = 0.3  # of the usual interval, below which a sample belongs to a burst
     WORTH = 50.0  # samples
-    LONGEST = 35e6  # samples of this time may come at once; a busy sender catches up [ns]
-    FEWEST = 5
+    LONGEST = 45e6  # samples of this time may come at once; a busy sender catches up [ns]
+    FEWEST = 12
 
     def __init__(self) -> None:
         """Nothing seen yet."""
