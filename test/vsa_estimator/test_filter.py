@@ -138,12 +138,13 @@ class Reference:
         friction = max(z[9] + np.sqrt(p[9, 9]), step.LEAST_REVERSAL_FORCE)
         reversal = friction * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 4.0 * p[1, 1]))
         bent = np.trace(hessian @ p @ hessian @ p) / 2.0
-        total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + gradient[0] ** 2 * deflection_noise + bent
+        own = step.OWN_NOISE * gradient[0] ** 2 * deflection_noise
+        total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + own + bent
         free = self.free()
         free[7] *= abs(z[2]) * np.sqrt(p[7, 7]) >= 0.2 * np.sqrt(noise)
         self.update(measured, gradient, expected + np.trace(hessian @ p) / 2.0, total, free, 2.0)
         z = self.force.x[:, 0]
-        z[4], z[5], z[7] = max(z[4], 20.0), max(z[5], 50.0), max(z[7], 0.0)
+        z[4], z[5], z[7], z[9] = max(z[4], 20.0), max(z[5], 50.0), max(z[7], 0.0), max(z[9], 0.0)
 
 
 def multisine(t):

@@ -16,7 +16,9 @@ DRIFT = np.array([1e-9, 1e-5, 0.1, 1e9, 0.0, 1e-6, 1e-7])
 REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
 REVERSAL_SPEED = 0.2e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
 LEAST_REVERSAL_FORCE = 0.05  # ... by about the friction itself, and by this at least [N] ...
-REVERSAL_TIME = 0.05  # ... and stays so for this long [s]
+REVERSAL_TIME = 0.01  # ... and stays so for this long [s]
+
+OWN_NOISE = 0.5  # share of the encoder's noise that the state has taken in and that comes back through the stiffness
 
 LEAST_STROKE = 0.6  # k2 x stroke under which a bent spring looks like a straight one
 STROKE_MEMORY = 20.0  # time constant of the stroke that the filter remembers [s]
@@ -127,7 +129,7 @@ def correct_force(
     noise = (
         noise_variance
         + reversal * reversal * max(1.0, REVERSAL_TIME / dt)
-        + gradient[0] * gradient[0] * deflection_variance
+        + OWN_NOISE * gradient[0] * gradient[0] * deflection_variance
         + 0.5 * max(spread, 0.0)
     )
     innovation = measured - expected - 0.5 * mean
@@ -148,6 +150,7 @@ def correct_force(
     z[4] = max(z[4], 20.0)
     z[5] = max(z[5], 50.0)
     z[7] = max(z[7], 0.0)
+    z[9] = max(z[9], 0.0)
     return True
 
 

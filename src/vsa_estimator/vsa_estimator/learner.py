@@ -3,12 +3,14 @@
 import numpy as np
 from vsa_estimator.filter import LEAST_STROKE
 from vsa_estimator.model import Array
+from vsa_estimator.rows import smooth
 from vsa_estimator.settings import Initial
-from vsa_estimator.startup import Fit, Regression, Work, smooth
+from vsa_estimator.startup import Fit, Regression, Work
 
 KEPT = 40.0  # moving data remembered [s]
 LEAST_TIME = 1.0  # no attempt before [s]
 LEAST_SAMPLES = 40
+SURE_DAMPING = 0.1  # relative standard deviation of d1: one sweep of the stroke does not part damper and spring
 
 
 class Learner:
@@ -68,6 +70,7 @@ class Learner:
         error = (fit.ln_k2_std * bent) ** 2 / 8.0 * elastic
         tolerated = 0.25 * force_noise_std * max(1.0, self._duration / 20.0) ** 2
         known = fit.ln_k2_std < 0.1 and fit.covariance[0, 0] < 0.01
+        known &= fit.covariance[2, 2] < (SURE_DAMPING * fit.mean[2]) ** 2
         return bool(error < tolerated and known and bent > LEAST_STROKE)
 
     @property

@@ -1,6 +1,9 @@
 """Start values from the first seconds: a grid over k2, and for each of its values a linear regression of the force.
 
-With k2 given, the force of eq. (6) is linear in the other coefficients but for the damper's clip at v*.
+With k2 given, the force of eq. (6) is linear in the other coefficients but for the damper's clip at v*. Rows come from
+overlapping windows, so that they share noise; generalised least squares weighs them by their exact covariance. What
+noise of the motion alone pretends to know is taken off the normal equations again (corrected least squares, Fuller,
+"Measurement error models", 1987): on a single sweep of the stroke it would settle the damper, wrongly.
 Every pass is one slice of work, so that no sample has to wait for the whole of it.
 """
 
@@ -10,29 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.model import COULOMB_SPEED, UNBOUNDED_SPEED, Array
+from vsa_estimator.rows import BAND, DRAWS, LEAST_ROWS, Rows, whiten
 from vsa_estimator.settings import Initial
 
 REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...
 REVERSAL_SPEED = 0.3e-3  # ... which is this wide [m/s]
 MEMBERS = 15
-_MASS = 3  # place of the mass among the regression's columns
 SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6
-INFLATION = 1.5  # of the regression's covariance: neighbouring rows share samples
-LEAST_ROWS = 8
-MOST_ROWS = 400
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Smoothed motion and force, one row for each place of the smoothing window."""
-
-    deflection: Array
-    velocity: Array
-    acceleration: Array
-    force: Array
-    smoothing: Array  # (n, 4): |c0|^2, |c1|^2, |c2|^2, c0.c2 of the smoothing and derivative weights
-    half_width: float  # [s]
+INFLATION = 1.2  # of the regression's covariance: the damper's clip and the smoothing are known only so well
+PRETENCE = 0.1  # share of noise in what is known of a direction, above which nothing is
 
 
 @dataclass(frozen=True)
@@ -48,46 +38,13 @@ class Fit:
 Work = Generator[None, None, Fit | None]
 
 
-def smooth(
-    time: Array, deflection: Array, force: Array, period: float, noise_std: float, jerk_density: float
-) -> Rows | None:
-    """Local cubics through deflection and force over one window; None where there is too little data.
-
-    The window is as long as the motion allows: its bias and its noise meet near the frequency w_c.
-    """
-    w_c = (jerk_density / (noise_std**2 * period)) ** (1.0 / 6.0)
-    half = int(np.clip(round(min(0.5, 3.3 / w_c) / period), 3, max(3, time.size // 4)))
-    stride = max(1, half // 2, -(-time.size // MOST_ROWS))
-    centre = np.arange(half, time.size - half, stride)
-    if centre.size == 0:
-        return None
-    centre = centre[time[centre + half] - time[centre - half] < (2 * half + 0.5) * period * 1.1]
-    if centre.size < LEAST_ROWS:
-        return None
-    pick = centre[:, None] + np.arange(-half, half + 1)
-    scale = half * period
-    u = (time[pick] - time[centre][:, None]) / scale
-    basis = np.stack([np.ones_like(u), u, u * u, u * u * u], axis=1)
-    inverse = np.linalg.inv(basis @ basis.transpose(0, 2, 1))
-    weights = inverse[:, :3] @ basis
-    weights[:, 1] /= scale
-    weights[:, 2] *= 2.0 / scale**2
-    motion = np.einsum("nij,nj->ni", weights, deflection[pick])
-    squares = np.einsum("nij,nij->ni", weights, weights)
-    mixed = np.einsum("nj,nj->n", weights[:, 0], weights[:, 2])
-    return Rows(
-        motion[:, 0], motion[:, 1], motion[:, 2], np.einsum("nj,nj->n", weights[:, 0], force[pick]),
-        np.column_stack([squares, mixed]), half * period,
-    )  # fmt: skip
-
-
 @dataclass(frozen=True)
 class _Problem:
     """Rows that move, and what does not change between passes."""
 
     rows: Rows
     dx: Array
-    force_variance: Array
+    force_variance: float
     deflection_variance: float
     reversal_variance: Array
 
@@ -96,20 +53,26 @@ class _Problem:
         moving = np.abs(rows.velocity) > REST_SPEED
         if np.count_nonzero(moving) < LEAST_ROWS:
             return None
-        v, a, smoothing = rows.velocity[moving], rows.acceleration[moving], rows.smoothing[moving]
-        kept = Rows(rows.deflection[moving], v, a, rows.force[moving], smoothing, rows.half_width)
+        kept = rows.part(moving)
         # A smoothed reversal is as wide as the window's change of speed.
-        width = REVERSAL_SPEED**2 + (0.7 * a * rows.half_width) ** 2
-        reversal = (REVERSAL_FORCE * np.exp(-(v**2) / width)) ** 2
-        return cls(
-            kept, kept.deflection - reference, force_noise_std**2 * smoothing[:, 0], deflection_noise_std**2, reversal
-        )
+        width = REVERSAL_SPEED**2 + (0.7 * kept.acceleration * kept.half_width) ** 2
+        reversal = (REVERSAL_FORCE * np.exp(-(kept.velocity**2) / width)) ** 2
+        return cls(kept, kept.deflection - reference, force_noise_std**2, deflection_noise_std**2, reversal)
 
-    def variance(self, sigma: Array, damping: Array, mass: float) -> Array:
-        """Of a row's force [N^2], given the slopes by which noise of the motion enters it."""
-        c0, c1, c2, mixed = self.rows.smoothing.T
-        through_motion = sigma**2 * c0 + damping**2 * c1 + mass**2 * c2 + 2.0 * sigma * mass * mixed
-        return self.force_variance + self.deflection_variance * through_motion + self.reversal_variance
+    def covariance(self, sigma: Array, damping: Array, mass: float) -> Array:
+        """Of the rows' forces [N^2] as `whiten` takes it, given the slopes by which noise of the motion enters them."""
+        rows = self.rows
+        slopes = np.column_stack([sigma, damping, np.full_like(sigma, mass)])
+        result = np.zeros((sigma.size, BAND + 1))
+        for b in range(min(BAND + 1, sigma.size)):
+            later, earlier = slopes[b:], slopes[: sigma.size - b]
+            apart = rows.place[b:] - rows.place[: sigma.size - b]
+            shared = rows.shared[np.arange(b, sigma.size), np.minimum(apart, BAND)]
+            through_motion = np.einsum("ni,nij,nj->n", later, shared, earlier)
+            found = self.force_variance * shared[:, 0, 0] + self.deflection_variance * through_motion
+            result[b:, b] = np.where(apart <= BAND, found, 0.0)
+        result[:, 0] += self.reversal_variance
+        return result
 
 
 def _maximum_speed(d1: float, d2: float) -> float:
@@ -124,61 +87,92 @@ class _Bank:
         self._problem = problem
         self._speed = speed
         self._ln_k2 = prior.ln_k2 + np.linspace(-SPAN, SPAN, MEMBERS)
-        self._variance = problem.variance(np.full_like(problem.dx, 1e4), np.full_like(problem.dx, 4e3), 0.0)
+        self._covariance = problem.covariance(np.full_like(problem.dx, 1e4), np.full_like(problem.dx, 4e3), 0.0)
         self.cost = np.inf
-        self._std = prior.std.copy()
 
     def refine(self, last: bool) -> None:
         """Regress for every member, weigh them, then zoom in and refresh v*, slopes and row variances."""
         prior, rows, dx = self._prior, self._problem.rows, self._problem.dx
         v, a, n = rows.velocity, rows.acceleration, rows.velocity.size
         c = np.clip(v, -self._speed, self._speed)
+        k2 = np.exp(self._ln_k2)
+        growth = np.exp(np.clip(k2[:, None] * dx, -30.0, 12.0))
         linear = np.column_stack([c, c**3, a, np.ones(n), np.tanh(v / COULOMB_SPEED)])
-        growth = np.exp(np.clip(np.exp(self._ln_k2)[:, None] * dx, -30.0, 12.0))
-        design = np.empty((MEMBERS, n, 6))
-        design[:, :, 0] = growth
-        design[:, :, 1:] = linear
-        # Columns in units of the prior's standard deviations: the normal equations stay well conditioned.
-        design *= self._std / np.sqrt(self._variance)[:, None]
-        target = rows.force / np.sqrt(self._variance)
-        self._normal = design.transpose(0, 2, 1) @ design + np.eye(6)
-        right = design.transpose(0, 2, 1) @ target + prior.mean / self._std
+        noise = self._regressor_noise(growth, k2, c)
+        columns = np.column_stack([growth.T, linear, rows.force, *noise])
+        whiten(self._covariance, columns)
+        target = columns[:, MEMBERS + 5]
+        design = self._designs(columns[:, : MEMBERS + 5])
+        pretended = np.zeros((MEMBERS, 6, 6))
+        for draw in range(DRAWS):
+            first = MEMBERS + 6 + draw * (MEMBERS + 5)
+            faked = self._designs(columns[:, first : first + MEMBERS + 5])
+            pretended += faked.transpose(0, 2, 1) @ faked / DRAWS
+        measured = design.transpose(0, 2, 1) @ design
+        values, vectors = np.linalg.eigh(measured - pretended)
+        told = np.einsum("bij,bik,bkj->bj", vectors, measured, vectors)
+        kept = values > (1.0 - PRETENCE) * told
+        basis = vectors * kept[:, None, :]
+        right = design.transpose(0, 2, 1) @ target
+        right = np.einsum("bij,bkj,bk->bi", basis, basis, right) + prior.mean / prior.std
+        self._normal = (basis * np.maximum(values, 0.0)[:, None, :]) @ basis.transpose(0, 2, 1) + np.eye(6)
+        projector = basis @ basis.transpose(0, 2, 1)
+        self._spread = projector @ measured @ projector + np.eye(6)
         scaled = np.linalg.solve(self._normal, right[:, :, None])[:, :, 0]
         residual = target - np.einsum("bij,bj->bi", design, scaled)
-        chi2 = (residual**2).sum(1) + ((scaled - prior.mean / self._std) ** 2).sum(1)
-        self._members = scaled * self._std
+        squares = (residual**2).sum(1)
+        from_prior = ((scaled - prior.mean / prior.std) ** 2).sum(1)
+        faked_fit = np.einsum("bi,bij,bj->b", scaled, pretended, scaled)
+        chi2 = squares + from_prior
+        chi2_of_truth = chi2 - faked_fit + faked_fit[int(np.argmin(chi2))]
+        self._members = scaled * prior.std
         self._inflation = INFLATION * max(1.0, float(chi2.min()) / max(n - 6, 1))
         distance = (self._ln_k2 - prior.ln_k2) / prior.ln_k2_std
-        cost = chi2 / self._inflation + distance**2 + np.where(self._members[:, 0] > 0.0, 0.0, 1e6)
+        cost = chi2_of_truth / self._inflation + distance**2 + np.where(self._members[:, 0] > 0.0, 0.0, 1e6)
         best = int(np.argmin(cost))
         self._weights = np.exp(-0.5 * (cost - cost[best]))
         self._weights /= self._weights.sum()
         mean, std = self._moments(cost, best)
-        self.cost = float(cost[best] + np.log(self._variance).sum() / self._inflation)
+        self.cost = float(chi2[best] + distance[best] ** 2)
         self._used = self._ln_k2
         self.ln_k2_std = std
 
-        if self._mass_is_hidden(best):
-            self._std[_MASS] = 1e-3 * prior.std[_MASS]
         k1, d1, d2, mass = self._members[best, :4]
         sigma = k1 * np.exp(self._ln_k2[best]) * growth[best] if k1 > 0.0 else np.full(n, 1e4)
         self._speed = _maximum_speed(max(d1, 300.0), d2)
-        damping = np.clip(d1 + 3.0 * d2 * np.clip(v, -self._speed, self._speed) ** 2, 0.0, 2e4)
-        self._variance = self._problem.variance(sigma, damping, max(mass, 0.0))
+        # Noise of the speed counts by the damping at its most, or a fit too sure of a soft damper would believe itself.
+        d1_std = float(np.sqrt(self._covariances()[best, 1, 1]))
+        damping = np.full(n, min(max(d1 + 2.0 * d1_std, 300.0), 2e4))
+        self._covariance = self._problem.covariance(sigma, damping, max(mass, 0.0))
         if not last:
             step = self._ln_k2[1] - self._ln_k2[0]
             width = min(3.0 * std + 0.3 * step, SPAN)
             self._ln_k2 = mean + width * np.linspace(-1.0, 1.0, MEMBERS)
 
-    def _mass_is_hidden(self, best: int) -> bool:
-        """Whether noise of the acceleration counts where the acceleration itself says no more than the deflection.
+    def _designs(self, columns: Array) -> Array:
+        """Design of each member, in units of the prior's standard deviations, from a growth each and what all share."""
+        design = np.empty((MEMBERS, columns.shape[0], 6))
+        design[:, :, 0] = columns[:, :MEMBERS].T
+        design[:, :, 1:] = columns[:, MEMBERS:]
+        design *= self._prior.std
+        return design
 
-        Noise in a regressor pulls its coefficient to zero, with confidence: then the mass keeps its start value.
-        """
-        noise = self._problem.deflection_variance * self._problem.rows.smoothing[:, 2]
-        from_noise = float(np.sum(noise / self._variance)) * self._std[_MASS] ** 2
-        beside_the_others = 1.0 / float(np.linalg.inv(self._normal[best])[_MASS, _MASS]) - 1.0
-        return from_noise > 0.1 * beside_the_others
+    def _regressor_noise(self, growth: Array, k2: Array, c: Array) -> list[Array]:
+        """What white noise of the deflection does to the columns, one (n, MEMBERS + 5) a draw."""
+        deflection, velocity, acceleration = np.sqrt(self._problem.deflection_variance) * self._problem.rows.noise
+        moving = np.abs(self._problem.rows.velocity) < self._speed
+        found = []
+        for dx, dv, da in zip(deflection.T, velocity.T, acceleration.T, strict=True):
+            nothing = np.zeros_like(dx)
+            linear = np.column_stack([moving * dv, 3.0 * c * c * moving * dv, da, nothing, nothing])
+            found.append(np.column_stack([(k2[:, None] * growth * dx).T, linear]))
+        return found
+
+    def _covariances(self) -> Array:
+        """Of every member's coefficients [k1 d1 d2 M F0 d0], (MEMBERS, 6, 6)."""
+        inverse = np.linalg.inv(self._normal)
+        scale = self._inflation * np.outer(self._prior.std, self._prior.std)
+        return np.asarray(inverse @ self._spread @ inverse * scale)
 
     def _moments(self, cost: Array, best: int) -> tuple[float, float]:
         """Mean and standard deviation of ln k2; from the parabola where the grid is too coarse to tell."""
@@ -201,14 +195,11 @@ class _Bank:
         mean = self._weights @ states
         apart = states - mean
         covariance = (self._weights[:, None] * apart).T @ apart
-        inner = np.linalg.inv(self._normal) * self._inflation * np.outer(self._std, self._std)
-        for weight, scale, member in zip(self._weights, k1, inner, strict=True):
+        for weight, scale, member in zip(self._weights, k1, self._covariances(), strict=True):
             gradient = np.zeros((7, 6))
             gradient[0, 0] = 1.0 / scale
             gradient[2:, 1:] = np.eye(5)
             covariance += weight * gradient @ member @ gradient.T
-        if self._std[_MASS] < self._prior.std[_MASS]:
-            covariance[1 + _MASS, 1 + _MASS] = self._prior.std[_MASS] ** 2
         return Fit(mean, covariance, self.ln_k2_std, float(np.ptp(self._problem.rows.deflection)))
 
 
@@ -228,18 +219,32 @@ class Regression:
         self.ln_k2_std = initial.k2_std / initial.k2
 
     def work(self, rows: Rows, reference: float, force_noise_std: float, deflection_noise_std: float) -> Work:
-        """Generator of slices; its return value is the best of two starts, one for each side of v*."""
+        """Generator of slices; its return value holds what two starts found, one for each side of v*.
+
+        Both count by how well they explain the force: where a damper at its maximum explains it as well as one below,
+        the fit is as wide as the two are apart.
+        """
         problem = _Problem.of(rows, reference, force_noise_std, deflection_noise_std)
         if problem is None:
             return None
         widest = _maximum_speed(self.mean[1], self.mean[2])
-        best: _Bank | None = None
+        banks = []
         for speed in (widest, 0.5 * widest):
             bank = _Bank(self, problem, speed)
             for index in range(PASSES):
                 bank.refine(last=index == PASSES - 1)
                 yield
-            if best is None or bank.cost < best.cost:
-                best = bank
-        assert best is not None
-        return best.fit()
+            banks.append(bank)
+        costs = np.array([bank.cost for bank in banks])
+        weights = np.exp(-0.5 * (costs - costs.min()))
+        return _mixed([bank.fit() for bank in banks], weights / weights.sum())
+
+
+def _mixed(fits: list[Fit], weights: Array) -> Fit:
+    """One fit with the mean and the covariance of several."""
+    mean = np.einsum("f,fi->i", weights, [fit.mean for fit in fits])
+    apart = np.array([fit.mean for fit in fits]) - mean
+    covariance = np.einsum("f,fij->ij", weights, [fit.covariance for fit in fits])
+    covariance = covariance + np.einsum("f,fi,fj->ij", weights, apart, apart)
+    ln_k2_std = float(np.sqrt(weights @ [fit.ln_k2_std**2 for fit in fits] + weights @ (apart[:, 1] / mean[1]) ** 2))
+    return Fit(mean, covariance, ln_k2_std, fits[0].stroke)

@@ -17,13 +17,14 @@ from vsa_estimator.filter import (
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force
 from vsa_estimator.settings import Initial
 
+REST_TIME = 0.5  # without a clear speed for this long the rod stands [s]
 START_SPEED_STD = 2e-3  # [m/s]
 START_ACCELERATION_STD = 5e-3  # [m/s^2]
 WATCH_TIME = 2.0  # innovations are watched over this long [s]
 SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
 LOUD = 100.0
 FAST = 2.0  # times the speed of the damper's greatest force, beyond which the lag of the filter is not held against it
-HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of it goes into the interval
+HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 
 class Tracker:
@@ -45,6 +46,7 @@ class Tracker:
         self._low = 0.0
         self._speed_square = 0.0  # leaky means, the filter's own uncertainty taken off [m^2/s^2]
         self._acceleration_square = 0.0  # [m^2/s^4]
+        self._stood = 0.0  # time without a clear speed [s]
         self._motion = [0.0] * 5  # leaky weight, and sums of x, a, x^2, x a
 
     @property
@@ -130,7 +132,7 @@ class Tracker:
 
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
-        if abs(self.z[Z.V]) <= REST_SPEED:
+        if self._resting(dt):
             return True
         age(self.p, dt)
         x = float(self.z[Z.X])
@@ -154,6 +156,13 @@ class Tracker:
             self._watch(min(float(self.force_monitor[2]), LOUD))
         return taken
 
+    def _resting(self, dt: float) -> bool:
+        """Whether the rod stands: then stiction may hold any force, and noise of the speed must not pass for motion."""
+        speed = abs(float(self.z[Z.V]))
+        moving = speed > REST_SPEED + 3.0 * math.sqrt(float(self.p[1, 1]))
+        self._stood = 0.0 if moving else self._stood + dt
+        return speed <= REST_SPEED or self._stood > REST_TIME
+
     @property
     def suspicious(self) -> bool:
         """Whether the force has not been explained for WATCH_TIME."""
@@ -173,7 +182,7 @@ class Tracker:
             z, p = z.copy(), p.copy()
             predict(z, p, ahead, jerk_density)
         report(z, p, self.reference, out)
-        out[7] += (HIDDEN * self.inertial_spring / float(out[6])) ** 2 * float(p[7, 7])
+        out[7] += (HIDDEN * self.inertial_spring / float(out[6])) ** 2 * self._mass_learned
         out[11] = self.inertia_variance
         c2 = min(z[Z.V] ** 2, float(out[15]) ** 2)
         out[9] += (3.0 * float(z[Z.D2]) * float(c2) * self._cubic_pull) ** 2
@@ -191,7 +200,13 @@ class Tracker:
     def k2_variance(self) -> float:
         """Of k2 [1/m^2], with what the mass might hide."""
         hidden = HIDDEN * float(self.z[Z.K2]) * self.inertial_spring * float(np.exp(-self.z[Z.S]))
-        return float(self.p[4, 4]) + hidden * hidden * float(self.p[7, 7])
+        return float(self.p[4, 4]) + hidden * hidden * self._mass_learned
+
+    @property
+    def _mass_learned(self) -> float:
+        """Variance of the mass [kg^2] as far as it was learned; what was not is in all covariances already."""
+        left = float(self.p[7, 7])
+        return left * max(0.0, 1.0 - left / self._initial.inertia_std**2)
 
     @property
     def _cubic_pull(self) -> float:

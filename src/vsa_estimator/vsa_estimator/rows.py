@@ -1,0 +1,94 @@
+"""Smoothed rows of motion and force from overlapping windows, and the covariance of the noise that they share."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_common.accel import compiled
+from vsa_estimator.model import Array
+
+LEAST_ROWS = 8
+MOST_ROWS = 400
+DRAWS = 4  # of pure noise through the same windows, to see what it pretends to know
+BAND = 4  # neighbours on either side that a row may share samples with
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Smoothed motion and force, one row for each place of the smoothing window."""
+
+    deflection: Array
+    velocity: Array
+    acceleration: Array
+    force: Array
+    place: NDArray[np.int64]  # of the window, in strides
+    shared: Array  # (n, BAND + 1, 3, 3): products of value, slope and curvature weights with those `m` places before
+    noise: Array  # (3, n, DRAWS): value, slope, curvature of unit white noise
+    half_width: float  # [s]
+
+    def part(self, mask: NDArray[np.bool_]) -> "Rows":
+        """The rows that a mask picks."""
+        return Rows(
+            self.deflection[mask], self.velocity[mask], self.acceleration[mask], self.force[mask], self.place[mask],
+            self.shared[mask], self.noise[:, mask], self.half_width,
+        )  # fmt: skip
+
+
+def smooth(
+    time: Array, deflection: Array, force: Array, period: float, noise_std: float, jerk_density: float
+) -> Rows | None:
+    """Local cubics through deflection and force over one window; None where there is too little data.
+
+    The window is as long as the motion allows: its bias and its noise meet near the frequency w_c.
+    """
+    w_c = (jerk_density / (noise_std**2 * period)) ** (1.0 / 6.0)
+    half = int(np.clip(round(min(0.5, 3.3 / w_c) / period), 3, max(3, time.size // 4)))
+    stride = max(-(-half // 2), -(-time.size // MOST_ROWS))
+    centre = np.arange(half, time.size - half, stride)
+    if centre.size == 0:
+        return None
+    centre = centre[time[centre + half] - time[centre - half] < (2 * half + 0.5) * period * 1.1]
+    if centre.size < LEAST_ROWS:
+        return None
+    pick = centre[:, None] + np.arange(-half, half + 1)
+    scale = half * period
+    u = (time[pick] - time[centre][:, None]) / scale
+    basis = np.stack([np.ones_like(u), u, u * u, u * u * u], axis=1)
+    inverse = np.linalg.inv(basis @ basis.transpose(0, 2, 1))
+    weights = inverse[:, :3] @ basis
+    weights[:, 1] /= scale
+    weights[:, 2] *= 2.0 / scale**2
+    motion = np.einsum("nij,nj->ni", weights, deflection[pick])
+    place = centre // stride
+    shared = np.zeros((centre.size, BAND + 1, 3, 3))
+    shared[:, 0] = weights @ weights.transpose(0, 2, 1)
+    for m in range(1, BAND + 1):
+        before = np.searchsorted(place, place - m)
+        pair = (place[before] == place - m) & (m * stride <= 2 * half)
+        later, earlier = weights[pair][:, :, : -m * stride], weights[before[pair]][:, :, m * stride :]
+        shared[pair, m] = later @ earlier.transpose(0, 2, 1)
+    smoothed_force = np.einsum("nj,nj->n", weights[:, 0], force[pick])
+    noise = np.random.default_rng(0).standard_normal((time.size, DRAWS))
+    through = np.einsum("nij,njd->ind", weights, noise[pick])
+    return Rows(motion[:, 0], motion[:, 1], motion[:, 2], smoothed_force, place, shared, through, half * period)
+
+
+@compiled
+def whiten(covariance: Array, columns: Array) -> None:
+    """Columns (n, c) into white ones of unit variance, in place.
+
+    covariance: (n, BAND + 1), of each row with those up to BAND before it; its lower Cholesky factor replaces it.
+    """
+    for i in range(covariance.shape[0]):
+        row = covariance[i]
+        scale = row[0]
+        for b in range(min(BAND, i), 0, -1):
+            other = covariance[i - b]
+            for k in range(b + 1, min(BAND, i) + 1):
+                row[b] -= row[k] * other[k - b]
+            row[b] /= other[0]
+            row[0] -= row[b] * row[b]
+        row[0] = np.sqrt(max(row[0], 1e-6 * scale))
+        for b in range(1, min(BAND, i) + 1):
+            columns[i] -= row[b] * columns[i - b]
+        columns[i] /= row[0]
