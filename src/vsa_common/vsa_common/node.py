@@ -78,7 +78,6 @@ class SuiteNode(LifecycleNode, Generic[Config]):
     def __init__(self, name: str, config_class: type[Config], namespace: str = "vsa", **defaults: Any) -> None:
         """`defaults` hold for parameters that nobody gives a value."""
         self.unheard: dict[str, str] = {}  # topic: policy that keeps another node's publisher or subscriber apart
-        self.messages_lost = 0  # by the middleware: this process did not keep up
         try:
             super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
         except ValueError as error:  # rcl gives an empty list no type
@@ -127,11 +126,8 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any) -> Any:
         incompatible = partial(self._on_incompatible, topic)
-        events = SubscriptionEventCallbacks(incompatible_qos=incompatible, message_lost=self._on_lost)
+        events = SubscriptionEventCallbacks(incompatible_qos=incompatible)
         return super().create_subscription(msg_type, topic, callback, qos_profile, event_callbacks=events, **options)
-
-    def _on_lost(self, event: Any) -> None:
-        self.messages_lost += event.total_count_change
 
     def _on_incompatible(self, topic: str, event: Any) -> None:
         self.unheard[topic] = _POLICIES.get(int(event.last_policy_kind), "QoS")
@@ -247,7 +243,6 @@ class SuiteNode(LifecycleNode, Generic[Config]):
             return
         self._reported_last = level, words, now
         status = DiagnosticStatus(level=bytes([level]), name=self.get_fully_qualified_name(), message=message)
-        values = {**values, "messages_lost": self.messages_lost}
         status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()

@@ -97,7 +97,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         refused = {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
         values |= refused
         lost = {name: getattr(state, name) for name in ("samples_dropped", "force_rejected", "deflection_rejected")}
-        lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count, "messages_lost": self.messages_lost}
+        lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count}
         trouble = self._recent.rises(lost | refused, time.monotonic())
         wrong = [topic for topic in self._refused if f"refused_stamps {topic}" in trouble]
         if wrong:
