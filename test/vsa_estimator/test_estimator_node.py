@@ -170,6 +170,23 @@ def test_reset_is_counted_with_its_reason(lab):
     assert not last.stiffness_valid
 
 
+def test_a_force_without_its_encoder_is_no_sample(lab):
+    lab.move(5)
+    before = lab.impedances[-1]
+    lab.impedances.clear()
+    wrench = WrenchStamped()
+    end = time.monotonic() + 0.4
+    while time.monotonic() < end:
+        set_stamp(wrench.header.stamp, time.time_ns())
+        lab.force.publish(wrench)
+        lab.executor.spin_once(timeout_sec=0.01)
+    assert lab.impedances[-1].status == TransmissionImpedance.STALE
+    assert not lab.impedances[-1].stiffness_valid
+    assert lab.impedances[-1].stiffness_variance > before.stiffness_variance
+    lab.move(30)
+    assert lab.states[-1].samples_dropped > 10
+
+
 @pytest.mark.parametrize("value", [float("nan"), -1.0, 1e300])
 def test_parameter_abuse_is_refused_with_the_reason_and_changes_nothing(lab, value):
     resets = lab.impedances[-1].reset_count

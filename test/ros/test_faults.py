@@ -1,0 +1,323 @@
+"""Faults on one running suite: real processes, real CAN frames, real kills. Rows of docs/faults.md."""
+
+import itertools
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.srv import GetParameters
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool
+from vsa_bringup.demo import PARTS
+from vsa_bringup.isolation import claim_corner
+from vsa_bringup.settings import base_parameters, write_parameters
+from vsa_bringup.stage import Stage
+from vsa_common import bags
+from vsa_common.node import RELIABLE
+from vsa_common.stamps import nanoseconds
+from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
+from vsa_msgs.srv import InjectFailure
+
+RATE = 250
+VALID, STALE = TransmissionImpedance.VALID, TransmissionImpedance.STALE
+BUSY = 0.15  # what a busy machine may add to a time limit [s]
+BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class Lab:
+    """The suite on stage, and ears."""
+
+    def __init__(self, stage, parameters):
+        self.stage, self.parameters = stage, parameters
+        self.joints, self.sides, self.states = [], {1: [], 2: []}, {1: [], 2: []}
+        self.said: dict[str, list] = {}
+        listen = stage.node.create_subscription
+        listen(JointImpedance, "joint_impedance", lambda m: self.joints.append((time.monotonic(), m)), RELIABLE)
+        for i in (1, 2):
+            side = f"transmission_{i}"
+            listen(TransmissionImpedance, f"{side}/impedance", lambda m, i=i: self.heard(self.sides[i], m), RELIABLE)
+            listen(EstimatorState, f"{side}/estimator_state", lambda m, i=i: self.heard(self.states[i], m), RELIABLE)
+        listen(DiagnosticArray, "/diagnostics", self.on_diagnostics, RELIABLE)
+        self.commands = stage.node.create_publisher(JointState, "motor_commands", RELIABLE)
+        self.commanding = self.broken = False
+        stage.node.create_timer(0.02, self.command)
+
+    @staticmethod
+    def heard(kept, message):
+        kept.append((time.monotonic(), message))
+
+    def on_diagnostics(self, message):
+        for status in message.status:
+            self.said.setdefault(status.name.rsplit("/", 1)[-1], []).append((time.monotonic(), status))
+
+    def command(self):
+        if self.commanding:
+            self.commands.publish(JointState(name=["motor_1", "motor_2"], position=[0.5, 0.5]))
+
+    def until(self, true, seconds=30.0):
+        end = time.monotonic() + seconds
+        while not true():
+            assert time.monotonic() < end, {name: one[-1][1].message for name, one in self.said.items()}
+            self.stage._executor.spin_once(timeout_sec=0.005)
+
+    def call(self, kind, service, **fields):
+        client = self.stage.node.create_client(kind, service)
+        self.until(client.service_is_ready)
+        future = client.call_async(kind.Request(**fields))
+        self.until(future.done)
+        self.stage.node.destroy_client(client)
+        return future.result()
+
+    def fail(self, words):
+        """Inject a failure; the instant after which it can have begun."""
+        begin = time.monotonic()
+        assert self.call(InjectFailure, "rig_simulator/failure", failure=words).success
+        return begin
+
+    def told(self, node, words, since):
+        """Whether a diagnostic of `node` since then has these words."""
+        return any(words in status.message for at, status in self.said.get(node, []) if at >= since)
+
+    def value(self, node, key):
+        return next(item.value for item in self.said[node][-1][1].values if item.key == key)
+
+    def well(self):
+        """Whether joint and both sides are valid, by messages of the last moment."""
+        now = time.monotonic()
+        newest = [self.joints, *self.sides.values()]
+        return all(m and now - m[-1][0] < 0.2 and m[-1][1].stiffness_valid and m[-1][1].status == VALID for m in newest)
+
+    def restart(self, name):
+        part = next(part for part in PARTS if part.name == name)
+        self.stage.group.start(name, [*part.command(self.parameters), "-p", "autostart:=true"])
+
+    def kill(self, name):
+        """kill -9, and wait until it is gone; the instant before."""
+        begin = time.monotonic()
+        self.stage.group[name].signal(signal.SIGKILL)
+        self.stage.group[name].wait(5.0)
+        self.stage.group._processes.pop(name)
+        return begin
+
+
+def first(heard, true, since):
+    """When the first message since then for which something is true was heard."""
+    return next((at for at, message in heard if at >= since and true(message)), None)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("faults")
+
+
+@pytest.fixture(scope="module")
+def lab(folder):
+    corner = claim_corner()
+    bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={corner.bus_port}"]}
+    run = {
+        "rig_simulator": {"rate_hz": RATE, "autostart_clock": False, "bus": bus},
+        "driver": {"autostart": False, "bus": bus},
+        "recorder": {"out": str(folder / "bag"), "flush_period": 0.2},
+    }
+    parameters = folder / "parameters.yaml"
+    write_parameters(parameters, base_parameters(), run)
+    with Stage(corner.environment(), folder / "logs") as stage:
+        stage.start(PARTS, parameters)
+        stage.wait_until_active(*(part.name for part in PARTS if part.name != "driver"))
+        stage.activate("driver")
+        stage.wait_until_connected()
+        lab = Lab(stage, parameters)
+        stage.request("rig_simulator/start")
+        lab.until(lab.well, 60.0)
+        yield lab
+
+
+@pytest.fixture
+def healthy(lab):
+    """The suite, valid all over, with its ears empty."""
+    assert not lab.broken, "did not recover from an earlier test"
+    lab.commanding, lab.broken = False, True
+    lab.until(lab.well, 60.0)
+    lab.broken = False
+    for heard in (lab.joints, *lab.sides.values(), *lab.states.values()):
+        heard.clear()
+    return lab
+
+
+def test_one_sensor_that_stops_is_stale_then_invalid_and_resumes_by_itself(healthy):
+    begin = healthy.fail("can_signal off -i 1 -t 0.8")
+    side = healthy.sides[1]
+    healthy.until(lambda: first(side, lambda m: m.status == STALE, begin))
+    healthy.until(lambda: first(side, lambda m: not m.stiffness_valid, begin))
+    healthy.until(lambda: first(healthy.joints, lambda m: not m.stiffness_valid, begin))
+    silent_from = nanoseconds(next(m for _, m in side if m.status == STALE).header.stamp)
+    invalid = nanoseconds(next(m for _, m in side if not m.stiffness_valid).header.stamp)
+    assert invalid - silent_from < (0.06 + BUSY) * 1e9
+    assert all(m.status == VALID for _, m in healthy.sides[2])
+    variances = [m.stiffness_variance for _, m in side if m.status == STALE]
+    assert variances[-1] > variances[0]
+    healthy.until(lambda: healthy.told("driver", "no samples of transmission_1", begin))
+    healthy.until(healthy.well)
+
+
+def test_a_killed_driver_makes_the_joint_invalid_in_time_and_all_recovers_without_a_restart_of_others(healthy):
+    others = {name: healthy.stage.group[name].pid for name in ("estimator_1", "estimator_2", "joint")}
+    healthy.call(SetBool, "driver/arm", data=True)
+    healthy.commanding = True
+    healthy.until(lambda: int(healthy.value("rig_simulator", "commands")) > 0)
+    begin = healthy.kill("driver")
+    healthy.until(lambda: first(healthy.joints, lambda m: not m.stiffness_valid, begin))
+    assert first(healthy.joints, lambda m: not m.stiffness_valid, begin) - begin < 0.1 + BUSY
+    later = time.monotonic() + 0.3
+    healthy.until(lambda: first(healthy.joints, lambda m: m.status == STALE, later))  # status goes on
+    healthy.until(lambda: healthy.value("rig_simulator", "motors") == "holding")  # the device's watchdog
+    healthy.restart("driver")
+    healthy.until(healthy.well, 60.0)
+    assert {name: healthy.stage.group[name].pid for name in others} == others
+    assert healthy.value("driver", "motors") == "disarmed"
+
+
+@pytest.mark.parametrize("name", ["estimator_2", "joint"])
+def test_a_node_that_is_killed_and_started_again_is_back_to_valid_and_the_others_live(healthy, name):
+    begin = healthy.kill(name)
+    if name != "joint":
+        healthy.until(lambda: first(healthy.joints, lambda m: not m.stiffness_valid, begin))
+        assert first(healthy.joints, lambda m: not m.stiffness_valid, begin) - begin < 0.1 + BUSY
+    assert all(m.status == VALID for _, m in healthy.sides[1])
+    healthy.restart(name)
+    healthy.until(healthy.well, 90.0)
+
+
+def test_bus_off_is_seen_reopened_in_the_same_process_and_commands_are_held_until_armed_again(healthy):
+    driver = healthy.stage.group["driver"].pid
+    assert healthy.call(SetBool, "driver/arm", data=True).success
+    healthy.commanding = True
+    begin = healthy.fail("can_signal bus_off -t 0.6")
+    healthy.until(lambda: healthy.told("driver", "bus-off", begin))
+    assert next(at for at, s in healthy.said["driver"] if at >= begin and "bus-off" in s.message) - begin < 1.0 + BUSY
+    healthy.until(healthy.well)
+    healthy.until(lambda: healthy.value("driver", "bus_reopened") != "0")
+    assert healthy.value("driver", "motors") == "disarmed"
+    assert healthy.stage.group["driver"].pid == driver
+    healthy.until(lambda: healthy.value("rig_simulator", "motors") == "holding")
+    assert healthy.call(SetBool, "driver/arm", data=True).success
+    healthy.until(lambda: healthy.value("rig_simulator", "motors") == "moving")
+
+
+@pytest.mark.parametrize(
+    ("failure", "side", "words"),
+    [
+        ("encoder stuck -i 1 -t 0.6", 1, "encoder stuck"),
+        ("force stuck -i 2 -t 1.2", 2, "force sensor stuck"),
+        ("force saturated -i 1 -t 0.4", 1, "saturated"),
+        ("encoder wrong -i 2 -v 0.002 -t 1", 2, "encoder jumped"),
+    ],
+)
+def test_a_lying_sensor_is_named_and_the_estimate_recovers(healthy, failure, side, words):
+    begin = healthy.fail(failure)
+    healthy.until(lambda: any(words in m.reason for _, m in healthy.states[side]))
+    assert first(healthy.states[side], lambda m: words in m.reason, begin) - begin < 1.0 + BUSY
+    assert all(not m.stiffness_valid or m.status != VALID for _, m in healthy.sides[side][-1:])
+    healthy.until(healthy.well)
+
+
+@pytest.mark.parametrize(
+    ("failure", "words"),
+    [
+        ("force spike -i 1", "force_rejected"),
+        ("can_signal duplicate -t 0.3", "duplicates"),
+        ("can_signal intermittent -t 0.3", "lost"),
+        ("can_signal garbage -i 2 -t 0.3", "wrong_length"),
+        ("can_signal reordered -t 0.3", "late"),
+    ],
+)
+def test_what_is_wrong_for_a_moment_is_counted_and_told_while_the_estimate_stays_valid(healthy, failure, words):
+    begin = healthy.fail(failure)
+    healthy.until(lambda: any(healthy.told(node, words, begin) for node in ("driver", "estimator_1", "estimator_2")))
+    healthy.until(healthy.well)
+
+
+def test_a_late_joiner_hears_an_estimate_within_one_period_and_gets_parameters_and_status(healthy):
+    heard, states = [], []
+    node = healthy.stage.node
+    subscriptions = [
+        node.create_subscription(JointImpedance, "joint_impedance", lambda m: heard.append(time.monotonic()), RELIABLE),
+        node.create_subscription(EstimatorState, "transmission_1/estimator_state", states.append, RELIABLE),
+    ]
+    healthy.until(lambda: len(heard) > 10 and states)
+    assert sorted(b - a for a, b in itertools.pairwise(heard))[len(heard) // 2] < 2.5 / RATE
+    assert states[0].status == VALID
+    answer = healthy.call(GetParameters, "estimator_1/get_parameters", names=["initial.k2"])
+    assert answer.values[0].double_value == 267.2
+    for subscription in subscriptions:
+        node.destroy_subscription(subscription)
+
+
+def test_a_subscriber_with_another_policy_hears_or_the_diagnostics_name_the_policy(healthy):
+    node, heard, begin = healthy.stage.node, [], time.monotonic()
+    best_effort = node.create_subscription(JointImpedance, "joint_impedance", heard.append, BEST_EFFORT)
+    healthy.until(lambda: heard)
+    lasting = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    deaf = node.create_subscription(JointImpedance, "joint_impedance", heard.append, lasting)
+    healthy.until(lambda: healthy.told("joint", "durability", begin))
+    unreliable = node.create_publisher(WrenchStamped, "transmission_1/force", BEST_EFFORT)
+    healthy.until(lambda: healthy.told("estimator_1", "reliability", begin))
+    for entity, destroy in ((best_effort, node.destroy_subscription), (deaf, node.destroy_subscription)):
+        destroy(entity)
+    node.destroy_publisher(unreliable)
+
+
+def test_a_starved_estimator_takes_the_newest_again_and_counts_what_it_missed(healthy):
+    process = healthy.stage.group["estimator_1"]
+    stopped = 6.0
+    process.signal(signal.SIGSTOP)
+    try:
+        begin = time.monotonic()
+        healthy.until(lambda: time.monotonic() - begin > stopped, stopped + 5.0)
+        assert not healthy.joints[-1][1].stiffness_valid
+    finally:
+        process.signal(signal.SIGCONT)
+    woken = time.monotonic()
+    healthy.until(lambda: time.time_ns() - nanoseconds(healthy.sides[1][-1][1].header.stamp) < 2e8 and healthy.well())
+    assert time.monotonic() - woken < 5.0
+    healthy.until(lambda: healthy.told("estimator_1", "resets", woken))
+
+
+def test_one_busy_core_costs_no_validity(healthy):
+    hog = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    try:
+        begin = time.monotonic()
+        healthy.until(lambda: time.monotonic() - begin > 2.0)
+    finally:
+        hog.kill()
+        hog.wait()
+    valid = [m.stiffness_valid for _, m in healthy.joints]
+    assert len(valid) > RATE
+    assert sum(valid) > 0.9 * len(valid)
+
+
+def test_a_full_disk_ends_the_recording_readable_and_touches_nobody_else(healthy, folder):
+    recorder = healthy.stage.group["recorder"].pid
+    size = (folder / "bag" / "bag.mcap").stat().st_size
+    begin = time.monotonic()
+    resource.prlimit(recorder, resource.RLIMIT_FSIZE, (size + 100_000, resource.RLIM_INFINITY))
+    healthy.until(lambda: healthy.told("recorder", "readable", begin))
+    assert sum(1 for _ in bags.read(folder / "bag", ["/vsa/joint_impedance"])) > RATE
+    assert healthy.well()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_motors_and_ends_every_node_with_exit_code_0(lab, number):
+    names = ("driver", "joint") if number == signal.SIGINT else ("estimator_1", "estimator_2", "rig_simulator")
+    lab.call(SetBool, "driver/arm", data=True) if "driver" in names else None
+    for name in names:
+        lab.stage.group[name].signal(number)
+    assert [lab.stage.group[name].wait(10.0) for name in names] == [0] * len(names)
+    for name in names:
+        assert "Traceback" not in lab.stage.group[name].log.read_text()
