@@ -1,4 +1,4 @@
-"""`./vsa bench estimation|live|joint|view|soak`: the suite's figures, side by side with what they are measured against."""
+"""`./vsa bench estimation|live|joint|view|soak`: the suite's figures, beside what they are measured against."""
 
 import importlib
 import sys
