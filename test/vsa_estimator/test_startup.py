@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from transmission_data import ANOTHER, MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
+from vsa_estimator.rows import BAND, whiten
 from vsa_estimator.values import Status
 
 
@@ -82,3 +83,15 @@ def test_a_heavy_mass_behind_one_tone_leaves_the_stiffness_unknown():
     std = np.sqrt(column(estimates, "stiffness_variance")) / stiffness
     assert not column(estimates, "stiffness_valid").any()
     assert np.all(np.abs(np.log(stiffness / recording.stiffness)) < 4.0 * std)
+
+
+def test_rows_that_share_noise_are_made_white():
+    random = np.random.default_rng(3)
+    full = np.convolve(random.standard_normal(400_003), [0.5, 1.0, -0.7, 0.3])[3:-3].reshape(-1, 20)
+    kernel = np.correlate([0.5, 1.0, -0.7, 0.3], [0.5, 1.0, -0.7, 0.3], "full")[3:]
+    covariance = np.zeros((20, BAND + 1))
+    for apart, value in enumerate(kernel):
+        covariance[apart:, apart] = value
+    columns = full.T.copy()
+    whiten(covariance, columns)
+    assert np.cov(columns) == pytest.approx(np.eye(20), abs=0.04)

@@ -16,6 +16,7 @@ from vsa_estimator.jump import Jump
 from vsa_estimator.learner import Learner
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, judge
+from vsa_estimator.rows import BAND, whiten
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.trust import CONTRADICTION, SILENCE, Trust
@@ -104,10 +105,10 @@ class Estimator:
             self._stamp_ns, status, reason, self._reset_count, self._reset_reason,
             z[0], variance[0], moving, z[1], variance[1], moving, z[2], variance[2], moving,
             tracker.reference, z[3], variance[3], known.stiffness,
-            z[4], tracker.k2_variance, known.k2,
+            z[4], tracker.appraisal.k2_variance, known.k2,
             z[5], variance[5], known.d1,
-            z[6], tracker.d2_variance, known.d2,
-            z[7], tracker.inertia_variance, known.inertia,
+            z[6], tracker.appraisal.d2_variance, known.d2,
+            z[7], tracker.appraisal.inertia_variance, known.inertia,
             z[8], variance[8], known.force_offset,
             z[9], variance[9], known.coulomb_friction,
             tuple(p[3:, 3:].ravel().tolist()), lines,
@@ -291,7 +292,8 @@ class Estimator:
         known, complaints = self._known, self._complaints(stamp_ns)
         trusted = heard and not self._trust.reason and not self._health.blind
         stiffness_valid = trusted and ln_variance < STIFFNESS**2
-        tolerance = DAMPING * max(abs(damping), 0.2 * float(self._tracker.z[5]))
+        now = self._tracker.appraisal
+        tolerance = DAMPING * max(abs(damping), 0.2 * now.d1)
         damping_valid = (
             trusted and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
             and self._tracker.knows
@@ -303,13 +305,12 @@ class Estimator:
         else:
             status = Status.VALID if stiffness_valid else Status.CONVERGING
         sensed = heard and not complaints
-        z = self._tracker.z
         return Estimate(
             stamp_ns, self._force, self._force_noise.std**2, sensed, x, x_variance, heard, v, v_variance, heard,
             a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,
             damping, damping_variance, damping_valid, inertia, inertia_variance, trusted and known.inertia,
             stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
-            float(z[4]), self._tracker.k2_variance, float(z[6]), self._tracker.d2_variance, float(z[8]), float(z[9]),
+            now.k2, now.k2_variance, now.d2, now.d2_variance, now.force_offset, now.coulomb_friction,
         )  # fmt: skip
 
 
@@ -324,6 +325,7 @@ def warm_up() -> None:
         tracker.correct_deflection(0.01, 1e-10)
         tracker.correct_force(30.0, 1e-4, 1e-10, 0.01)
     tracker.report(0.001, 1e-3, np.zeros(16))
+    whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
     jerk = JerkDensity()
     jerk.add(0.01, 1e-10, 0.01)
     jerk.add(0.01, 1e-10, 0.01)

@@ -35,11 +35,11 @@ def judge(tracker: Tracker, force_noise_std: float) -> Known:
     k2, d1, d2, mass = (abs(value) for value in z[4:8].tolist())
     return Known(
         stiffness=std[Z.S] < STIFFNESS,
-        k2=tracker.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
+        k2=tracker.appraisal.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
         d1=std[Z.D1] < DAMPING * d1,
-        d2=tracker.d2_variance < (CUBIC * d2) ** 2,
-        inertia=tracker.inertia_variance < (INERTIA * mass) ** 2
-        and tracker.inertial_force > CLEAR_FORCE * force_noise_std,
+        d2=tracker.appraisal.d2_variance < (CUBIC * d2) ** 2,
+        inertia=tracker.appraisal.inertia_variance < (INERTIA * mass) ** 2
+        and tracker.appraisal.inertial_force > CLEAR_FORCE * force_noise_std,
         force_offset=std[Z.F0] < 1.0,
         coulomb_friction=std[Z.D0] < 0.2,
     )

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 from vsa_estimator.filter import (
@@ -27,6 +28,23 @@ FAST = 2.0  # times the speed of the damper's greatest force, beyond which the l
 HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 
+class Appraisal(NamedTuple):
+    """Coefficients with what is known of them beyond the covariance, SI."""
+
+    k2: float
+    k2_variance: float  # with what the mass might hide
+    d1: float
+    d2: float
+    d2_variance: float  # with what noise of the speed does to it
+    inertia_variance: float  # with the pull towards zero that noise of the acceleration has
+    inertial_force: float  # root mean square of what moves the mass [N]
+    force_offset: float
+    coulomb_friction: float
+    inertial_spring: float  # what a unit of mass takes off a spring on the present motion [1/s^2]: w^2 for one tone
+    mass_learned: float  # variance of the mass as far as it was learned; what was not is in all covariances already
+    cubic_pull: float  # relative error of d2 from noise of the speed: the mean of (v + e)^3 is v^3 + 3 v var(e)
+
+
 class Tracker:
     """State and covariance of one transmission. `knows` says whether the force may correct the coefficients."""
 
@@ -46,6 +64,7 @@ class Tracker:
         self._low = 0.0
         self._speed_square = 0.0  # leaky means, the filter's own uncertainty taken off [m^2/s^2]
         self._acceleration_square = 0.0  # [m^2/s^4]
+        self._appraisal: Appraisal | None = None
         self._stood = 0.0  # time without a clear speed [s]
         self._motion = [0.0] * 5  # leaky weight, and sums of x, a, x^2, x a
 
@@ -77,6 +96,7 @@ class Tracker:
 
     def place(self, deflection: float, deflection_variance: float) -> None:
         """Position anew, speed and acceleration unknown; the coefficients stay."""
+        self._appraisal = None
         self.z[:3] = deflection, 0.0, 0.0
         self.p[:3] = 0.0
         self.p[:, :3] = 0.0
@@ -88,6 +108,7 @@ class Tracker:
 
     def forget(self, measured_force: float) -> None:
         """Coefficients back to their start values, the stiffness from the present force by eq. (3)."""
+        self._appraisal = None
         start, dx = self._initial, self.z[Z.X] - self.reference
         elastic = max(measured_force - start.force_offset, 0.5)
         relative = start.k2_std / start.k2
@@ -110,6 +131,7 @@ class Tracker:
 
     def learn(self, mean: Array, covariance: Array) -> None:
         """Take over coefficients [s k2 d1 d2 M F0 d0] with their covariance."""
+        self._appraisal = None
         self.z[3:] = mean
         self.z[Z.K2] = max(self.z[Z.K2], 20.0)
         self.z[Z.D1] = max(self.z[Z.D1], 50.0)
@@ -124,14 +146,17 @@ class Tracker:
 
     def predict(self, dt: float, jerk_density: float) -> None:
         """Carry on by dt [s]."""
+        self._appraisal = None
         predict(self.z, self.p, dt, jerk_density)
 
     def correct_deflection(self, measured: float, variance: float) -> bool:
         """Take a deflection in; False where the gate rejects it."""
+        self._appraisal = None
         return bool(correct_deflection(self.z, self.p, measured, variance, self.stroke, self.deflection_monitor))
 
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
+        self._appraisal = None
         if self._resting(dt):
             return True
         age(self.p, dt)
@@ -182,52 +207,34 @@ class Tracker:
             z, p = z.copy(), p.copy()
             predict(z, p, ahead, jerk_density)
         report(z, p, self.reference, out)
-        out[7] += (HIDDEN * self.inertial_spring / float(out[6])) ** 2 * self._mass_learned
-        out[11] = self.inertia_variance
-        c2 = min(z[Z.V] ** 2, float(out[15]) ** 2)
-        out[9] += (3.0 * float(z[Z.D2]) * float(c2) * self._cubic_pull) ** 2
+        now = self.appraisal
+        out[7] += (HIDDEN * now.inertial_spring / float(out[6])) ** 2 * now.mass_learned
+        out[11] = now.inertia_variance
+        c2 = min(float(z[Z.V]) ** 2, float(out[15]) ** 2)
+        out[9] += (3.0 * now.d2 * c2 * now.cubic_pull) ** 2
 
     @property
-    def inertial_spring(self) -> float:
-        """Stiffness that a unit of mass takes off a spring on the present motion [1/s^2]: w^2 for one tone."""
+    def appraisal(self) -> Appraisal:
+        """What the last step says of the coefficients."""
+        if self._appraisal is None:
+            self._appraisal = self._appraise()
+        return self._appraisal
+
+    def _appraise(self) -> Appraisal:
+        s, k2, d1, d2, mass, force_offset, coulomb_friction = self.z[3:].tolist()
+        variance = np.diag(self.p).tolist()
         weight, x, a, xx, xa = self._motion
-        if weight <= 0.0:
-            return 0.0
-        spread = xx / weight - (x / weight) ** 2
-        return max(0.0, -(xa / weight - x * a / weight**2) / spread) if spread > 1e-12 else 0.0
-
-    @property
-    def k2_variance(self) -> float:
-        """Of k2 [1/m^2], with what the mass might hide."""
-        hidden = HIDDEN * float(self.z[Z.K2]) * self.inertial_spring * float(np.exp(-self.z[Z.S]))
-        return float(self.p[4, 4]) + hidden * hidden * self._mass_learned
-
-    @property
-    def _mass_learned(self) -> float:
-        """Variance of the mass [kg^2] as far as it was learned; what was not is in all covariances already."""
-        left = float(self.p[7, 7])
-        return left * max(0.0, 1.0 - left / self._initial.inertia_std**2)
-
-    @property
-    def _cubic_pull(self) -> float:
-        """Relative error of d2 from noise of the speed: the mean of (v + e)^3 is v^3 + 3 v var(e)."""
-        return min(3.0 * float(self.p[1, 1]) / max(self._speed_square, 1e-12), 1.0)
-
-    @property
-    def d2_variance(self) -> float:
-        """Of d2 [N^2 s^6/m^6], with what noise of the speed does to it."""
-        return float(self.p[6, 6]) + (float(self.z[Z.D2]) * self._cubic_pull) ** 2
-
-    @property
-    def inertia_variance(self) -> float:
-        """Of the mass [kg^2], with the pull towards zero that noise of the acceleration has."""
-        pull = float(self.p[2, 2]) / max(self._acceleration_square, 1e-12)
-        return float(self.p[7, 7]) + (float(self.z[Z.M]) * min(pull, 1.0)) ** 2
-
-    @property
-    def inertial_force(self) -> float:
-        """Root mean square of the force that moves the mass [N]."""
-        return float(self.z[Z.M]) * math.sqrt(max(self._acceleration_square, 0.0))
+        spread = xx / weight - (x / weight) ** 2 if weight > 0.0 else 0.0
+        spring = max(0.0, -(xa / weight - x * a / weight**2) / spread) if spread > 1e-12 else 0.0
+        learned = variance[Z.M] * max(0.0, 1.0 - variance[Z.M] / self._initial.inertia_std**2)
+        hidden = HIDDEN * k2 * spring * math.exp(-s)
+        cubic_pull = min(3.0 * variance[Z.V] / max(self._speed_square, 1e-12), 1.0)
+        mass_pull = min(variance[Z.A] / max(self._acceleration_square, 1e-12), 1.0)
+        return Appraisal(
+            k2, variance[Z.K2] + hidden * hidden * learned, d1, d2, variance[Z.D2] + (d2 * cubic_pull) ** 2,
+            variance[Z.M] + (mass * mass_pull) ** 2, mass * math.sqrt(max(self._acceleration_square, 0.0)),
+            force_offset, coulomb_friction, spring, learned, cubic_pull,
+        )  # fmt: skip
 
     def _watch(self, nis: float) -> None:
         if len(self._watched) == self._watched.maxlen:
