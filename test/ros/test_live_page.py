@@ -164,7 +164,7 @@ def test_the_page_shows_the_joint_live_notices_silence_and_reconnects(isolated, 
         eventually(browser, text_of("#status_joint b"), "SILENT")
         eventually(browser, f"{text_of('#no_data')}.includes('nobody publishes /vsa/transmission_1/force')", True)
         assert see(browser, "#row_stiffness td:nth-child(3)") == "2.345 ± 0 not valid"
-        assert "joint: VALID → SILENT" in see(browser, "#events")
+        eventually(browser, f"{text_of('#events')}.includes('joint: VALID → SILENT')", True)
         rig.silent.clear()
         eventually(browser, text_of("#status_joint b"), "VALID")
         assert errors(browser) == []
