@@ -136,7 +136,7 @@ class Reference:
         gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
         expected = force(z, REFERENCE, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1]), gradient, hessian)
         friction = max(z[9] + np.sqrt(p[9, 9]), step.LEAST_REVERSAL_FORCE)
-        reversal = friction * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 4.0 * p[1, 1]))
+        reversal = friction * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
         bent = np.trace(hessian @ p @ hessian @ p) / 2.0
         own = step.OWN_NOISE * gradient[0] ** 2 * deflection_noise
         total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + own + bent

@@ -14,8 +14,8 @@ HARD_GATE = 100.0  # and from which it is rejected
 DRIFT = np.array([1e-9, 1e-5, 0.1, 1e9, 0.0, 1e-6, 1e-7])
 
 REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
-REVERSAL_SPEED = 0.2e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
-LEAST_REVERSAL_FORCE = 0.05  # ... by about the friction itself, and by this at least [N] ...
+REVERSAL_SPEED = 0.15e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
+LEAST_REVERSAL_FORCE = 0.03  # ... by about the friction itself, and by this at least [N] ...
 REVERSAL_TIME = 0.01  # ... and stays so for this long [s]
 
 OWN_NOISE = 0.5  # share of the encoder's noise that the state has taken in and that comes back through the stiffness
@@ -125,7 +125,7 @@ def correct_force(
         mean += curvature[i, i]
     spread = np.sum(curvature * curvature.T)
     friction = max(z[9] + np.sqrt(p[9, 9]), LEAST_REVERSAL_FORCE)
-    reversal = friction * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 4.0 * p[1, 1]))
+    reversal = friction * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
     noise = (
         noise_variance
         + reversal * reversal * max(1.0, REVERSAL_TIME / dt)

@@ -47,6 +47,7 @@ class _Problem:
     force_variance: float
     deflection_variance: float
     reversal_variance: Array
+    friction: Array  # expected sign of the speed, as far as the rows tell it
 
     @classmethod
     def of(cls, rows: Rows, reference: float, force_noise_std: float, deflection_noise_std: float) -> "_Problem | None":
@@ -57,7 +58,10 @@ class _Problem:
         # A smoothed reversal is as wide as the window's change of speed.
         width = REVERSAL_SPEED**2 + (0.7 * kept.acceleration * kept.half_width) ** 2
         reversal = (REVERSAL_FORCE * np.exp(-(kept.velocity**2) / width)) ** 2
-        return cls(kept, kept.deflection - reference, force_noise_std**2, deflection_noise_std**2, reversal)
+        speed_variance = deflection_noise_std**2 * kept.shared[:, 0, 1, 1]
+        blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * speed_variance + (0.5 * kept.acceleration * kept.half_width) ** 2)
+        friction = np.tanh(kept.velocity / blur)
+        return cls(kept, kept.deflection - reference, force_noise_std**2, deflection_noise_std**2, reversal, friction)
 
     def covariance(self, sigma: Array, damping: Array, mass: float) -> Array:
         """Of the rows' forces [N^2] as `whiten` takes it, given the slopes by which noise of the motion enters them."""
@@ -97,7 +101,7 @@ class _Bank:
         c = np.clip(v, -self._speed, self._speed)
         k2 = np.exp(self._ln_k2)
         growth = np.exp(np.clip(k2[:, None] * dx, -30.0, 12.0))
-        linear = np.column_stack([c, c**3, a, np.ones(n), np.tanh(v / COULOMB_SPEED)])
+        linear = np.column_stack([c, c**3, a, np.ones(n), self._problem.friction])
         noise = self._regressor_noise(growth, k2, c)
         columns = np.column_stack([growth.T, linear, rows.force, *noise])
         whiten(self._covariance, columns)

@@ -15,7 +15,7 @@ from vsa_estimator.filter import (
     predict,
     report,
 )
-from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force
+from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
 
 REST_TIME = 0.5  # without a clear speed for this long the rod stands [s]
@@ -25,6 +25,8 @@ WATCH_TIME = 2.0  # innovations are watched over this long [s]
 SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
 LOUD = 100.0
 FAST = 2.0  # times the speed of the damper's greatest force, beyond which the lag of the filter is not held against it
+KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force
+NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
 HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 
@@ -41,7 +43,8 @@ class Appraisal(NamedTuple):
     force_offset: float
     coulomb_friction: float
     inertial_spring: float  # what a unit of mass takes off a spring on the present motion [1/s^2]: w^2 for one tone
-    mass_learned: float  # variance of the mass as far as it was learned; what was not is in all covariances already
+    mass_learned: float  # variance of the mass as far as its force is felt or it was learned; the rest hides nothing
+    kink: float  # relative error of d1 from the damper's greatest force
     cubic_pull: float  # relative error of d2 from noise of the speed: the mean of (v + e)^3 is v^3 + 3 v var(e)
 
 
@@ -65,6 +68,8 @@ class Tracker:
         self._speed_square = 0.0  # leaky means, the filter's own uncertainty taken off [m^2/s^2]
         self._acceleration_square = 0.0  # [m^2/s^4]
         self._appraisal: Appraisal | None = None
+        self._force_variance = math.inf  # of the last force's noise [N^2]
+        self._beyond = 0.0  # leaky share of the time near or beyond the damper's greatest force
         self._stood = 0.0  # time without a clear speed [s]
         self._motion = [0.0] * 5  # leaky weight, and sums of x, a, x^2, x a
 
@@ -159,12 +164,15 @@ class Tracker:
         self._appraisal = None
         if self._resting(dt):
             return True
+        self._force_variance = variance
         age(self.p, dt)
         x = float(self.z[Z.X])
         leak = dt / STROKE_MEMORY
         dx, a = x - self.reference, float(self.z[Z.A])
         v2 = float(self.z[Z.V] ** 2 - self.p[1, 1])
         self._speed_square += leak * (v2 - self._speed_square)
+        w = maximum_speed(float(self.z[Z.D1]), float(self.z[Z.D2]))
+        self._beyond += leak * ((abs(float(self.z[Z.V])) > NEAR_KINK * w) - self._beyond)
         self._acceleration_square += leak * (a * a - float(self.p[2, 2]) - self._acceleration_square)
         self._motion = [
             old + leak * (new - old) for old, new in zip(self._motion, (1.0, dx, a, dx * dx, dx * a), strict=True)
@@ -211,7 +219,7 @@ class Tracker:
         out[7] += (HIDDEN * now.inertial_spring / float(out[6])) ** 2 * now.mass_learned
         out[11] = now.inertia_variance
         c2 = min(float(z[Z.V]) ** 2, float(out[15]) ** 2)
-        out[9] += (3.0 * now.d2 * c2 * now.cubic_pull) ** 2
+        out[9] += (3.0 * now.d2 * c2 * now.cubic_pull) ** 2 + (now.kink * now.d1) ** 2
 
     @property
     def appraisal(self) -> Appraisal:
@@ -226,14 +234,17 @@ class Tracker:
         weight, x, a, xx, xa = self._motion
         spread = xx / weight - (x / weight) ** 2 if weight > 0.0 else 0.0
         spring = max(0.0, -(xa / weight - x * a / weight**2) / spread) if spread > 1e-12 else 0.0
-        learned = variance[Z.M] * max(0.0, 1.0 - variance[Z.M] / self._initial.inertia_std**2)
+        felt = variance[Z.M] * self._acceleration_square > self._force_variance
+        learned = variance[Z.M] * (1.0 if felt else max(0.0, 1.0 - variance[Z.M] / self._initial.inertia_std**2))
         hidden = HIDDEN * k2 * spring * math.exp(-s)
         cubic_pull = min(3.0 * variance[Z.V] / max(self._speed_square, 1e-12), 1.0)
         mass_pull = min(variance[Z.A] / max(self._acceleration_square, 1e-12), 1.0)
+        kink = KINK * min(1.0, self._beyond / OFTEN)
         return Appraisal(
-            k2, variance[Z.K2] + hidden * hidden * learned, d1, d2, variance[Z.D2] + (d2 * cubic_pull) ** 2,
+            k2, variance[Z.K2] + hidden * hidden * learned,
+            d1, d2, variance[Z.D2] + (d2 * cubic_pull) ** 2 + (2.0 * kink * d2) ** 2,
             variance[Z.M] + (mass * mass_pull) ** 2, mass * math.sqrt(max(self._acceleration_square, 0.0)),
-            force_offset, coulomb_friction, spring, learned, cubic_pull,
+            force_offset, coulomb_friction, spring, learned, kink, cubic_pull,
         )  # fmt: skip
 
     def _watch(self, nis: float) -> None:
