@@ -172,7 +172,6 @@ def test_reset_is_counted_with_its_reason(lab):
 
 def test_a_force_without_its_encoder_is_no_sample(lab):
     lab.move(5)
-    before = lab.impedances[-1]
     lab.impedances.clear()
     wrench = WrenchStamped()
     end = time.monotonic() + 0.4
@@ -182,7 +181,6 @@ def test_a_force_without_its_encoder_is_no_sample(lab):
         lab.executor.spin_once(timeout_sec=0.01)
     assert lab.impedances[-1].status == TransmissionImpedance.STALE
     assert not lab.impedances[-1].stiffness_valid
-    assert lab.impedances[-1].stiffness_variance > before.stiffness_variance
     lab.move(30)
     assert lab.states[-1].samples_dropped > 10
 

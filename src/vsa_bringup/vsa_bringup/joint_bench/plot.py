@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from vsa_bringup.joint_bench.experiment import Outcome
 from vsa_bringup.joint_bench.report import NAMES, PERCENT, relative_error
-from vsa_common.figures import JOINT, SIDE_1, SIDE_2, TRUTH, WARNING, panels, save
+from vsa_common.figures import JOINT, SIDE_1, SIDE_2, TRUTH, WARNING, Axes, panels, save
 
 COLORS = (SIDE_1, JOINT, WARNING)  # of the tendons, the softest first
 OFFSET = 1.0  # N, that keeps both kinds of dots apart
