@@ -6,6 +6,7 @@
 
 import contextlib
 import struct
+import threading
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -234,6 +235,7 @@ class Recording:
         self.path = Path(path)
         self._store = _types()
         self._connections: dict[str, Connection] = {}
+        self._turn = threading.Lock()  # topics are announced by one thread while another writes
         try:
             self._writer = Writer(self.path, version=9, storage_plugin=StoragePlugin.MCAP)  # 9: Jazzy
             self._writer.open()
@@ -248,9 +250,10 @@ class Recording:
         if topic in self._connections:
             return
         try:
-            self._connections[topic] = self._writer.add_connection(
-                topic, type_name, typestore=self._store, offered_qos_profiles=[_RELIABLE]
-            )
+            with self._turn:
+                self._connections[topic] = self._writer.add_connection(
+                    topic, type_name, typestore=self._store, offered_qos_profiles=[_RELIABLE]
+                )
         except (TypesysError, KeyError) as error:
             raise BagError(f"{self.path}: {topic}: no definition of {type_name}") from error
 
@@ -260,18 +263,21 @@ class Recording:
         if connection.msgtype in _LISTS_LAST:
             with contextlib.suppress(*_DAMAGE, SerdeError):  # what cannot be decoded is kept as it came
                 data = data[: _decode(data, connection.msgtype, self._store)[1]]
-        self._writer.write(connection, receive_ns, data)
+        with self._turn:
+            self._writer.write(connection, receive_ns, data)
 
     def flush(self) -> None:
         """Hand everything to the operating system. Raises OSError when the disk is full."""
-        storage: Any = self._writer.storage
-        if storage.chunk.bio.tell():
-            storage.close_chunk()
-        storage.bio.flush()
+        with self._turn:
+            storage: Any = self._writer.storage
+            if storage.chunk.bio.tell():
+                storage.close_chunk()
+            storage.bio.flush()
 
     def close(self) -> None:
         """Write index and metadata.yaml. Raises OSError when the disk is full; then `abort`."""
-        self._writer.close()
+        with self._turn:
+            self._writer.close()
 
     def abort(self) -> None:
         """Give up without index and metadata; what was flushed stays readable."""
