@@ -15,7 +15,6 @@ from vsa_bringup.view_events import Events, Tally, Turns
 from vsa_bringup.view_reason import why_no_data
 from vsa_bringup.view_server import Server
 from vsa_bringup.view_show import Show
-from vsa_bringup.wire import Wire
 from vsa_common.stamps import set_stamp
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
@@ -27,45 +26,6 @@ def impedance(stamp_ns=10**9, frame="transmission_1", **values):
     message.header.frame_id = frame
     set_stamp(message.header.stamp, stamp_ns)
     return serialize_message(message)
-
-
-@pytest.mark.parametrize("frame", ["", "a", "transmission_1", "left/transmission_2"])
-def test_numbers_come_out_of_the_bytes_as_they_went_into_the_message(frame):
-    wire = Wire(SIDE)
-    given = {name: 0.1 * i for i, (name, kind) in enumerate(SIDE.items()) if kind == "double"}
-    stamp_ns, values = wire.read(
-        impedance(1_234_567_890_123, frame, status=3, reset_count=70_000, damping_valid=True, **given)
-    )
-    found = dict(zip(wire.names, values, strict=True))
-    assert stamp_ns == 1_234_567_890_123
-    assert {name: found[name] for name in given} == given
-    assert (found["status"], found["reset_count"], found["damping_valid"], found["force_valid"]) == (
-        3,
-        70_000,
-        True,
-        False,
-    )
-
-
-@pytest.mark.parametrize("reason", ["", "why", "waits", "ünobservable"])
-def test_texts_do_not_shift_the_numbers_behind_them(reason):
-    message = EstimatorState(reason=reason, k2=267.2, observability=["inertia: move", reason], samples_fused=2**40)
-    message.force_noise_std, message.force_rejected = 0.017, 3
-    wire = Wire(STATE)
-    found = dict(zip(wire.names, wire.read(serialize_message(message))[1], strict=True))
-    assert (found["reason"], found["k2"], found["observability"]) == (reason, 267.2, ["inertia: move", reason])
-    assert (found["force_noise_std"], found["samples_fused"], found["force_rejected"]) == (0.017, 2**40, 3)
-    assert "force_repeated" in found
-
-
-def test_a_joint_message_is_read_to_its_end():
-    wire = Wire(JOINT)
-    data = serialize_message(
-        JointImpedance(stiffness=2.5, tension=[3.0, 4.0], status=2, reason="a text", reset_count=9)
-    )
-    found = dict(zip(wire.names, wire.read(data)[1], strict=True))
-    assert (found["stiffness"], found["tension_1"], found["tension_2"], found["status"]) == (2.5, 3.0, 4.0, 2)
-    assert (found["reason"], found["reset_count"]) == ("a text", 9)
 
 
 def test_a_spike_of_one_sample_in_a_thousand_stays_visible():

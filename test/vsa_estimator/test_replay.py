@@ -11,12 +11,13 @@ from rclpy.serialization import serialize_message
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from transmission_data import MULTISINE, TRANSMISSION_1, record
 from vsa_common import bags
 from vsa_common.tables import read_columns, write_columns
 from vsa_estimator import replay as replay_tool
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.recordings import decode_joint_state, decode_wrench, is_complete, read_recordings
+from vsa_estimator.recordings import is_complete, read_recordings
 from vsa_estimator.replay import FIELDS, main
 from vsa_estimator.settings import EstimatorConfig
 
@@ -114,19 +115,6 @@ def test_an_sqlite_bag_is_read_as_well(tmp_path, samples):
     np.testing.assert_array_equal(recording.deflection, samples.deflection)
 
 
-@pytest.mark.parametrize("frame", ["", "t", "transmission_1", "longer_than_usual_frame"])
-@pytest.mark.parametrize("names", [[], ["rod"], ["a", "bcd", "efghi"]])
-def test_the_fast_decoders_agree_with_the_middleware(frame, names):
-    wrench, encoder = messages(1_700_000_000_123_456_789, -12.5, 0.0123, frame)
-    encoder.name, encoder.velocity = names, [1.0, 2.0]
-    assert decode_wrench(serialize_message(wrench)) == (1_700_000_000_123_456_789, -12.5)
-    assert decode_joint_state(serialize_message(encoder)) == (1_700_000_000_123_456_789, 0.0123)
-
-
-def test_a_joint_state_without_position_is_no_deflection():
-    assert np.isnan(decode_joint_state(serialize_message(JointState(name=["rod"])))[1])
-
-
 def test_a_bag_that_was_cut_off_is_replayed_and_reported(tmp_path, samples, capsys):
     bag = write_mcap(tmp_path / "bag", samples, close=False)
     assert not is_complete(bag)
@@ -188,6 +176,34 @@ def test_a_wrong_transmission_is_told_which_there_are(tmp_path, samples, capsys)
     bag = write_mcap(tmp_path / "bag", samples)
     assert main([str(bag), "--transmission", "transmission_3", "--out", str(tmp_path / "out")]) == 1
     assert "transmission_1, transmission_2" in capsys.readouterr().err
+
+
+def write_foreign(path: Path, kinds, data) -> Path:
+    recording = bags.Recording(path)
+    for (leaf, kind), one in zip(kinds.items(), data, strict=True):
+        recording.add(f"/vsa/transmission_1/{leaf}", kind)
+        recording.write(f"/vsa/transmission_1/{leaf}", 1, one)
+    recording.close()
+    return path
+
+
+def test_topics_of_our_names_and_other_types_are_not_taken_for_sensors(tmp_path, capsys):
+    kinds = {"force": "std_msgs/msg/String", "encoder": "std_msgs/msg/String"}
+    text = serialize_message(String(data="long enough to be read as a stamp, a name and some numbers behind it"))
+    bag = write_foreign(tmp_path / "bag", kinds, [text, text])
+    assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert (error.count("\n"), "WrenchStamped" in error) == (1, True)
+
+
+@pytest.mark.parametrize("length", [0, 1, 3, 30])
+def test_a_message_that_ends_too_early_is_one_line(tmp_path, capsys, length):
+    kinds = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState"}
+    wrench, encoder = map(serialize_message, messages(1_000_000_000, 1.0, 0.01))
+    bag = write_foreign(tmp_path / "bag", kinds, [wrench[:length], encoder])
+    assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert (error.count("\n"), "transmission_1/force: a message ends too early" in error) == (1, True)
 
 
 def test_a_parameter_file_lies_over_the_defaults(tmp_path):

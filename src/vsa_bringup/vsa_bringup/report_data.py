@@ -4,16 +4,17 @@ import re
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from vsa_bringup.report_columns import Gatherer, Series, first_stamp
-from vsa_bringup.wire import Wire
 from vsa_common.bags import BagError, Topic, fields, read, read_raw, topics
+from vsa_common.cdr import TORQUE_Z, Reader, read_position, read_wrench
 from vsa_common.stamps import NANOSECONDS, nanoseconds
-from vsa_estimator.recordings import decode_joint_state, decode_torque, decode_wrench, is_complete
+from vsa_estimator.recordings import is_complete
 
 WRENCH, JOINT_STATE = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
 IMPEDANCE, STATE = "vsa_msgs/msg/TransmissionImpedance", "vsa_msgs/msg/EstimatorState"
@@ -28,8 +29,8 @@ _TYPES = {
     "joint_impedance": JOINT, "joint_states": JOINT_STATE, "external_torque": WRENCH,
 }  # fmt: skip
 _SINGLE: dict[str, tuple[str, Callable[[bytes], tuple[int, float]]]] = {  # topics of one number
-    "force": ("force", decode_wrench), "encoder": ("position", decode_joint_state),
-    "joint_states": ("position", decode_joint_state), "external_torque": ("torque", decode_torque),
+    "force": ("force", read_wrench), "encoder": ("position", read_position),
+    "joint_states": ("position", read_position), "external_torque": ("torque", partial(read_wrench, which=TORQUE_Z)),
 }  # fmt: skip
 
 
@@ -96,7 +97,7 @@ def read_run(path: Path) -> Run:
     try:
         for name, receive_ns, data in read_raw(path, fast):
             gathered[name].take(receive_ns, *fast[name].read(data))
-    except struct.error as error:
+    except (struct.error, IndexError) as error:
         raise BagError(f"{path}: a message ends too early: {error}") from error
     counters, complaints = _gather_messages(path, found, gathered)
     samples = [one for one in gathered.values() if one.stamps]
@@ -143,15 +144,15 @@ def _fast(path: Path, topic: str, leaf: str) -> _Fast:
             return stamp_ns, (value,)
 
         return _Fast([name], read_one)
-    wire = Wire(fields(path, topic))
-    numbers = [i for i, name in enumerate(wire.names) if name != "reason"]
+    reader = Reader(fields(path, topic))
+    numbers = [i for i, name in enumerate(reader.names) if name != "reason"]
     pick = itemgetter(*numbers) if len(numbers) > 1 else tuple
 
     def read_many(data: bytes) -> tuple[int, tuple[float, ...]]:
-        stamp_ns, values = wire.read(data)
+        stamp_ns, values = reader.read(data)
         return stamp_ns, pick(values)
 
-    return _Fast([wire.names[i] for i in numbers], read_many)
+    return _Fast([reader.names[i] for i in numbers], read_many)
 
 
 def _gather_messages(

@@ -2,7 +2,6 @@
 
 import os
 import socket
-import struct
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,8 +19,8 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 from vsa_bringup.processes import Group, ProcessError, executable
 from vsa_bringup.topics import suite_topics
+from vsa_common.cdr import read_stamp
 from vsa_common.node import RELIABLE
-from vsa_common.stamps import NANOSECONDS
 from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 READY_S = 60.0  # for all processes to be active, on a busy machine
@@ -141,9 +140,7 @@ class Stage:
             self._executor.spin_once(timeout_sec=SILENCE_S)
 
     def _on_joint(self, data: bytes) -> None:
-        # the header's stamp, right behind the four bytes of the encapsulation
-        seconds, nanoseconds = struct.unpack_from("<iI", data, 4)
-        self.arrivals_ns.append((seconds * NANOSECONDS + nanoseconds, time.time_ns()))
+        self.arrivals_ns.append((read_stamp(data), time.time_ns()))
 
     def _on_counters(self, _: bytes) -> None:
         self._counted = time.monotonic()

@@ -14,9 +14,9 @@ from sensor_msgs.msg import JointState
 from vsa_bringup.topics import suite_topics
 from vsa_bringup.view_reason import QUIET, why_no_data
 from vsa_bringup.view_show import Show
+from vsa_common.cdr import read_position
 from vsa_common.node import STEADY
 from vsa_common.stamps import nanoseconds
-from vsa_estimator.recordings import decode_joint_state
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
 DEPTH = 4000  # messages that wait while this computer is busy elsewhere
@@ -89,7 +89,7 @@ class Ear:
         self._takers.append((self._node.create_subscription(kind, name, print, qos, raw=True), take))
 
     def _take_angle(self, data: bytes, *_: object) -> None:
-        self.show.joint.angle = decode_joint_state(data)[1]
+        self.show.joint.angle = read_position(data)[1]
 
     def _take_diagnostics(self, data: bytes, received_ns: int, _: float) -> None:
         self.show.take_diagnostics(deserialize_message(data, DiagnosticArray), received_ns, f"{self.space}/")

@@ -8,7 +8,7 @@ from vsa_bringup.view_core import Board
 from vsa_bringup.view_events import Events
 from vsa_bringup.view_joint import JointShow
 from vsa_bringup.view_side import SideShow
-from vsa_bringup.wire import Wire
+from vsa_common.cdr import Reader
 
 Fields = Mapping[str, str]  # of a message: kind by name
 
@@ -18,8 +18,8 @@ class Show:
 
     def __init__(self, of_side: Fields, of_state: Fields, of_joint: Fields) -> None:
         self.events = Events()
-        self.sides = {name: SideShow(name, Wire(of_side), Wire(of_state), self.events) for name in TRANSMISSIONS}
-        self.joint = JointShow(Wire(of_joint), self.events)
+        self.sides = {name: SideShow(name, Reader(of_side), Reader(of_state), self.events) for name in TRANSMISSIONS}
+        self.joint = JointShow(Reader(of_joint), self.events)
         self._complaints: dict[str, str] = {}
         streams = {"joint": self.joint.stream}
         for name, side in self.sides.items():

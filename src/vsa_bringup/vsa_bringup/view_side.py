@@ -1,12 +1,11 @@
 """The live page's state of one transmission: bytes and messages in, curves and words out."""
 
-import math
-from operator import itemgetter
 from typing import Any
 
-from vsa_bringup.view_core import SILENT, Stream, lost, quantity, status_word
-from vsa_bringup.view_events import Events, Tally, Turns
-from vsa_bringup.wire import Wire
+from vsa_bringup.view_core import Stream, lost, quantity
+from vsa_bringup.view_events import Events, Tally
+from vsa_bringup.view_part import Part
+from vsa_common.cdr import Reader
 from vsa_estimator.values import Reset
 
 RATE_FILTER = 0.19  # of the force rate, what section VI implies [s]
@@ -25,40 +24,28 @@ _TOLD = {  # counts of which the page tells when they grow
 _RESETS = {reason.value: reason.name for reason in Reset}
 
 
-class SideShow:
+class SideShow(Part):
     """One transmission."""
 
-    def __init__(self, name: str, wire: Wire, state_wire: Wire, events: Events) -> None:
+    def __init__(self, name: str, reader: Reader, state_reader: Reader, events: Events) -> None:
+        super().__init__(name, reader, events, _QUANTITIES, _FIELDS)
         self.stream = Stream(CURVES)
         self.sensor = Stream(("position", "residual"))
-        self.seen = -math.inf
-        self._wire, self._state_wire = wire, state_wire
-        self._at = {name: wire.names.index(name) for name in wire.names}
-        self._values: tuple[float, ...] = ()
-        self._stamp_ns = 0
-        self._status: float | None = None
-        self._turns, self._tally = Turns(name, events), Tally(name, events)
+        self._state_reader = state_reader
+        self._tally = Tally(name, events)
         self._state: dict[str, Any] = {}
         self._counters: tuple[int, int] | None = None
         self._smooth: tuple[int, float] = (0, 0.0)
-        self._pick = itemgetter(*(self._at[name] for name in _FIELDS))
-        self._status_at = self._at["status"]
 
     def take_impedance(self, data: bytes, now: float) -> None:
         """A TransmissionImpedance as it came, `now` on a steady clock [s]."""
-        stamp_ns, values = self._wire.read(data)
-        self._values, self.seen, self._stamp_ns = values, now, stamp_ns
-        status = values[self._status_at]
-        if status != self._status:
-            self._status = status
-            self._turns.turn(status_word(status, 0.0), stamp_ns)
-        numbers = self._pick(values)
+        stamp_ns, numbers = self.take(data, now)
         self.stream.add(stamp_ns, (self._force_rate(stamp_ns, numbers[0]), *numbers))
 
     def take_state(self, data: bytes) -> None:
         """An EstimatorState as it came."""
-        stamp_ns, values = self._state_wire.read(data)
-        self._state = state = dict(zip(self._state_wire.names, values, strict=True))
+        stamp_ns, values = self._state_reader.read(data)
+        self._state = state = dict(zip(self._state_reader.names, values, strict=True))
         residual = state["deflection_innovation"]
         self.sensor.add(stamp_ns, (state["deflection"] + residual, residual))  # spares the page the encoder's topic
         for name, text in _TOLD.items():
@@ -70,22 +57,11 @@ class SideShow:
         self._counters = lost(message.counter, self._counters)
         self._tally.count("sample lost on the bus", self._counters[1], stamp_ns, "bad")
 
-    def watch(self, now: float, wall_ns: int) -> None:
-        """Notice silence."""
-        if self._values and now - self.seen > SILENT:
-            self._status = None
-            self._turns.turn("SILENT", wall_ns)
-
     def words(self, now: float) -> dict[str, Any]:
         """Everything of this side that is not a curve."""
-        status = self._values[self._status_at] if self._values else None
-        found: dict[str, Any] = {"status": status_word(status, now - self.seen)}
-        fresh = now - self.seen <= SILENT
-        if self._values:
-            found["stamp_ns"] = str(self._stamp_ns)  # as text: a browser's numbers do not hold it
-            found |= {name: quantity(*self._values[self._at[name] :][:3], fresh=fresh) for name in _QUANTITIES}
+        found = super().words(now)
         if self._state:
-            found |= self._state_words(fresh)
+            found |= self._state_words(self.fresh(now))
         if self._counters is not None:
             found["lost"] = self._counters[1]
         return found

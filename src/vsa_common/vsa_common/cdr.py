@@ -1,128 +1,182 @@
-"""Messages of the hot path as the bytes that DDS carries (CDR): a struct instead of a message object, both ways."""
+"""The one door to bytes as DDS carries them and bags keep them (CDR): a struct in place of a message object.
 
-import importlib
+Reads both byte orders, so that nobody needs rclpy for a message from a machine of the other one; writes this machine's.
+"""
+
 import struct
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from rclpy.serialization import deserialize_message, serialize_message
 from vsa_common.stamps import NANOSECONDS
 
+FORCE_X, TORQUE_Z = 0, 5  # places among the numbers of a Wrench
+
 _HEAD = 4  # encapsulation: two bytes of kind, two of options; alignment counts from its end
-_NATIVE = bytes([0, sys.byteorder == "little"])  # plain CDR, in this machine's byte order
-_FRAME_AT = _HEAD + 8  # of frame_id, behind the stamp
 _CODES = {
     "double": "d", "boolean": "?", "uint8": "B", "octet": "B", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q",
+    "builtin_interfaces/Time": "iI",
 }  # fmt: skip
-_STAMP = struct.Struct("=iI")
-_LENGTH = struct.Struct("=I")
-_DOUBLE = struct.Struct("=d")
+_TEXTS = ("string", "sequence<string>")
+_ORDERS = ("big", "little")  # the lowest bit of the kind
+_NATIVE = _ORDERS.index(sys.byteorder)
+
+
+def _both(codes: str) -> tuple[struct.Struct, struct.Struct]:
+    """The numbers `codes` without padding, in either byte order."""
+    return struct.Struct(f">{codes}"), struct.Struct(f"<{codes}")
+
+
+_STAMP, _STAMP_LENGTH, _LENGTH, _DOUBLE = _both("iI"), _both("iII"), _both("I"), _both("d")
 
 
 class Writer:
     """Bytes of a stamped message whose strings stay as they are in `message`; its numbers go in, in their order."""
 
     def __init__(self, message: Any) -> None:
-        self._data = bytearray(serialize_message(message))
-        self._runs = _runs(self._data, type(message))
+        self._data = bytearray([0, _NATIVE, 0, 0])  # plain CDR
+        self._runs: list[tuple[struct.Struct, int, int, int]] = []  # layout, offset, which numbers of all
+        count = 0
+        for is_text, parts in groupby(_parts(message), lambda part: isinstance(part, bytes)):
+            if is_text:
+                for text in parts:
+                    self._data += bytes(-len(self._data) % 4) + _LENGTH[_NATIVE].pack(len(text)) + text
+                continue
+            codes = "".join(parts)
+            layout = _layouts(codes)[_NATIVE][len(self._data) % 8]
+            self._runs.append((layout, len(self._data), count, count + len(codes)))
+            self._data += bytes(layout.size)
+            count += len(codes)
 
     def write(self, stamp_ns: int, numbers: Sequence[Any]) -> bytes:
         """The message with this stamp [ns] and these numbers: every one but the header's."""
         values = (*divmod(stamp_ns, NANOSECONDS), *numbers)
-        for run, offset, first, last in self._runs:
-            run.pack_into(self._data, offset, *values[first:last])
+        for layout, offset, first, last in self._runs:
+            layout.pack_into(self._data, offset, *values[first:last])
         return bytes(self._data)
 
 
 class Reader:
-    """The numbers of a stamped message that has no string but its frame_id, from its bytes."""
+    """Reads the fields of a stamped message, numbers and texts, in their order, up to the first that it cannot.
 
-    def __init__(self, message_class: type) -> None:
-        self._class = message_class
-        self._runs: dict[int, tuple[struct.Struct, int]] = {}  # by the length of frame_id
+    >>> reader = Reader({"header": "std_msgs/Header", "force": "double", "force_valid": "boolean", "reason": "string"})
+    >>> reader.names
+    ('force', 'force_valid', 'reason')
+    """
+
+    def __init__(self, fields: Mapping[str, str]) -> None:
+        self.names: tuple[str, ...] = ()
+        self._pieces: list[tuple[tuple[list[struct.Struct], ...], str]] = []  # numbers, and the text after them
+        codes = ""
+        for name, kind in list(fields.items())[1:]:
+            base, _, count = kind.rstrip("]").partition("[")
+            if kind in _TEXTS:
+                self.names += (name,)
+                self._pieces.append((_layouts(codes), kind))
+                codes = ""
+            elif base in _CODES and (count.isdigit() or "[" not in kind):
+                found = _CODES[base] * int(count or 1)
+                self.names += (name,) if len(found) == 1 else tuple(f"{name}_{i + 1}" for i in range(len(found)))
+                codes += found
+            else:
+                break
+        self._pieces.append((_layouts(codes), ""))
 
     def read(self, data: bytes) -> tuple[int, tuple[Any, ...]]:
-        """Stamp [ns] and every number but the header's, in their order."""
-        data = _native(data, self._class)
-        (length,) = _LENGTH.unpack_from(data, _FRAME_AT)
-        if length not in self._runs:
-            run, offset, _, _ = _runs(data, self._class)[1]
-            self._runs[length] = run, offset
-        run, offset = self._runs[length]
-        return _stamp(data), run.unpack_from(data, offset)
+        """Stamp [ns] and the values in the order of `names`. Raises struct.error for a message that is too short."""
+        order = data[1] & 1
+        seconds, nanoseconds, length = _STAMP_LENGTH[order].unpack_from(data, _HEAD)
+        at = _HEAD + 12 + length
+        values: tuple[Any, ...] = ()
+        for layouts, text in self._pieces:
+            layout = layouts[order][at % 8]
+            values += layout.unpack_from(data, at)
+            if text:
+                read = _text if text == "string" else _texts
+                found, at = read(data, at + layout.size, order)
+                values += (found,)
+        return seconds * NANOSECONDS + nanoseconds, values
 
 
-def read_wrench(data: bytes, message_class: type) -> tuple[int, float]:
-    """Stamp [ns] and force.x [N] of a WrenchStamped."""
-    data = _native(data, message_class)
-    offset = _aligned(_after_string(data, _FRAME_AT), 8)
-    return _stamp(data), _DOUBLE.unpack_from(data, offset)[0]
-
-
-def read_position(data: bytes, message_class: type) -> tuple[int, float]:
-    """Stamp [ns] and the first position of a JointState, NaN where it has none."""
-    data = _native(data, message_class)
-    offset = _aligned(_after_string(data, _FRAME_AT), 4)
-    (names,) = _LENGTH.unpack_from(data, offset)
-    offset += _LENGTH.size
-    for _ in range(names):
-        offset = _after_string(data, offset)
-    offset = _aligned(offset, 4)
-    (positions,) = _LENGTH.unpack_from(data, offset)
-    if not positions:
-        return _stamp(data), float("nan")
-    return _stamp(data), _DOUBLE.unpack_from(data, _aligned(offset + _LENGTH.size, 8))[0]
-
-
-def _native(data: bytes, message_class: type) -> bytes:
-    if data[:2] == _NATIVE:
-        return data
-    return serialize_message(deserialize_message(data, message_class))  # from a machine of the other byte order
-
-
-def _stamp(data: bytes) -> int:
-    seconds, nanoseconds = _STAMP.unpack_from(data, _HEAD)
+def read_stamp(data: bytes) -> int:
+    """Stamp [ns] of a message that begins with std_msgs/Header."""
+    seconds, nanoseconds = _STAMP[data[1] & 1].unpack_from(data, _HEAD)
     return seconds * NANOSECONDS + nanoseconds
 
 
-def _aligned(offset: int, size: int) -> int:
-    return offset + -(offset - _HEAD) % size
+def read_wrench(data: bytes, which: int = FORCE_X) -> tuple[int, float]:
+    """Stamp [ns] and one number of a geometry_msgs/WrenchStamped: FORCE_X [N] or TORQUE_Z [N m]."""
+    order = data[1] & 1
+    seconds, nanoseconds, length = _STAMP_LENGTH[order].unpack_from(data, _HEAD)
+    at = _HEAD + 12 + length
+    (value,) = _DOUBLE[order].unpack_from(data, at + (_HEAD - at) % 8 + 8 * which)
+    return seconds * NANOSECONDS + nanoseconds, value
 
 
-def _after_string(data: bytes | bytearray, offset: int) -> int:
-    offset = _aligned(offset, 4)
-    (length,) = _LENGTH.unpack_from(data, offset)
-    return offset + _LENGTH.size + length
+def read_position(data: bytes) -> tuple[int, float]:
+    """Stamp [ns] and the first position of a sensor_msgs/JointState, NaN where it has none."""
+    order = data[1] & 1
+    unpack_length = _LENGTH[order].unpack_from
+    seconds, nanoseconds, length = _STAMP_LENGTH[order].unpack_from(data, _HEAD)
+    at = _HEAD + 12 + length
+    at += -at % 4
+    (names,) = unpack_length(data, at)
+    at += 4
+    for _ in range(names):
+        at += 4 + unpack_length(data, at)[0]
+        at += -at % 4
+    (positions,) = unpack_length(data, at)
+    value = float("nan")
+    if positions:
+        at += 4
+        (value,) = _DOUBLE[order].unpack_from(data, at + (_HEAD - at) % 8)
+    return seconds * NANOSECONDS + nanoseconds, value
 
 
-def _runs(data: bytes | bytearray, message_class: type) -> list[tuple[struct.Struct, int, int, int]]:
-    """Stretches of numbers between strings: how to pack each, its offset, and which numbers of all it holds."""
-    runs, offset, count = [], _HEAD, 0
-    for is_string, kinds in groupby(_kinds(message_class), lambda kind: kind == "string"):
-        if is_string:
-            for _ in kinds:
-                offset = _after_string(data, offset)
-            continue
-        codes = [_CODES[kind] for kind in kinds]
-        begin, packing = offset, "="
-        for code in codes:
-            start = _aligned(offset, struct.calcsize(f"={code}"))
-            packing += f"{start - offset}x{code}"
-            offset = start + struct.calcsize(f"={code}")
-        runs.append((struct.Struct(packing), begin, count, count + len(codes)))
-        count += len(codes)
-    return runs
+def _text(data: bytes, at: int, order: int) -> tuple[str, int]:
+    """A string that begins at or after `at`, and where it ends."""
+    begin = at + -at % 4 + 4
+    end = begin + _LENGTH[order].unpack_from(data, begin - 4)[0]
+    if end > len(data):
+        raise struct.error(f"a text of {end - begin} bytes where {len(data) - begin} are left")
+    return data[begin:end].rstrip(b"\0").decode(errors="replace"), end
 
 
-def _kinds(message_class: Any) -> Iterator[str]:
-    """Primitive type of every number and string of a message, in the order of the wire."""
-    for kind in message_class.get_fields_and_field_types().values():
-        base, _, size = kind.rstrip("]").partition("[")
-        for _ in range(int(size or 1)):
-            if "/" in base:
-                package, _, name = base.partition("/")
-                yield from _kinds(getattr(importlib.import_module(f"{package}.msg"), name))
+def _texts(data: bytes, at: int, order: int) -> tuple[list[str], int]:
+    """A sequence of strings likewise."""
+    at += -at % 4 + 4
+    found = []
+    for _ in range(_LENGTH[order].unpack_from(data, at - 4)[0]):
+        text, at = _text(data, at, order)
+        found.append(text)
+    return found, at
+
+
+def _parts(message: Any) -> Iterator[Any]:
+    """What a message is made of, in the order of the wire: numbers as their codes, strings as their bytes."""
+    for name, kind in message.get_fields_and_field_types().items():
+        base, _, count = kind.rstrip("]").partition("[")
+        value = getattr(message, name)
+        for one in value if count else [value]:
+            if base == "string":
+                yield one.encode() + b"\0"
+            elif base in _CODES:
+                yield from _CODES[base]
             else:
-                yield base
+                yield from _parts(one)
+
+
+def _layouts(codes: str) -> tuple[list[struct.Struct], ...]:
+    """The numbers `codes` with CDR's padding: by byte order, and by where they begin beyond a multiple of 8."""
+    return tuple([struct.Struct(order + _padded(codes, begin)) for begin in range(8)] for order in "><")
+
+
+def _padded(codes: str, at: int) -> str:
+    text = ""
+    for code in codes:
+        size = struct.calcsize(f"={code}")
+        pad = (_HEAD - at) % size
+        text += "x" * pad + code
+        at += pad + size
+    return text

@@ -110,14 +110,14 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         return level, "; ".join(words) or "active", values
 
     def _on_force(self, data: bytes) -> None:
-        stamp_ns, force = read_wrench(data, WrenchStamped)
+        stamp_ns, force = read_wrench(data)
         if self.refuse(stamp_ns, "force"):
             return
         for sample in self._pairing.add_force(stamp_ns, force):
             self.take(*sample)
 
     def _on_encoder(self, data: bytes) -> None:
-        stamp_ns, deflection = read_position(data, JointState)
+        stamp_ns, deflection = read_position(data)
         if self.refuse(stamp_ns, "encoder"):
             return
         for sample in self._pairing.add_encoder(stamp_ns, deflection):

@@ -2,13 +2,14 @@
 
 import re
 import struct
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.bags import read_raw, topics
+from vsa_common.cdr import read_position, read_wrench
 from vsa_common.stamps import NANOSECONDS
 from vsa_common.tables import read_columns
 from vsa_estimator.pairing import Pairing, Sample
@@ -19,6 +20,7 @@ TOLERANCE_NS = round(NodeConfig.pairing_tolerance * NANOSECONDS)  # as the node 
 WINDOW_NS = round(NodeConfig.reorder_window * NANOSECONDS)
 FIRST_STAMP_NS = NANOSECONDS  # a recording that counts from zero begins here: zero is no valid stamp
 
+_TYPES = ("geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState")  # of force and encoder
 _FORCE_TOPIC = re.compile(r"(?:.*/)?(?P<transmission>[^/]+)/force")
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 
@@ -84,10 +86,13 @@ def read_bag(path: Path, transmission: str | None) -> list[Recording]:
     samples: dict[str, list[Sample]] = {name: [] for name in sources}
     takers: dict[str, Callable[[bytes], None]] = {}
     for name, (force_topic, encoder_topic) in sources.items():
-        takers[force_topic] = _taker(decode_wrench, pairings[name].add_force, samples[name])
-        takers[encoder_topic] = _taker(decode_joint_state, pairings[name].add_encoder, samples[name])
+        takers[force_topic] = _taker(read_wrench, pairings[name].add_force, samples[name])
+        takers[encoder_topic] = _taker(read_position, pairings[name].add_encoder, samples[name])
     for topic, _, data in read_raw(path, list(takers)):
-        takers[topic](data)
+        try:
+            takers[topic](data)
+        except (struct.error, IndexError) as error:
+            raise RecordingError(f"{path}: {topic}: a message ends too early: {error}") from error
     complete = is_complete(path)
     recordings = []
     for name, found in samples.items():
@@ -113,43 +118,6 @@ def is_complete(path: Path) -> bool:
     return True
 
 
-def decode_wrench(data: bytes) -> tuple[int, float]:
-    """Stamp [ns] and force.x [N] of a geometry_msgs/WrenchStamped in CDR; many times faster than a general decoder."""
-    order, stamp_ns, at = _header(data)
-    return stamp_ns, struct.unpack_from(order + "d", data, _aligned(at))[0]
-
-
-def decode_torque(data: bytes) -> tuple[int, float]:
-    """Stamp [ns] and torque.z [N m] of a geometry_msgs/WrenchStamped in CDR."""
-    order, stamp_ns, at = _header(data)
-    return stamp_ns, struct.unpack_from(order + "d", data, _aligned(at) + 5 * 8)[0]
-
-
-def decode_joint_state(data: bytes) -> tuple[int, float]:
-    """Stamp [ns] and first position [m] of a sensor_msgs/JointState in CDR; NaN where it has none."""
-    order, stamp_ns, at = _header(data)
-    names = struct.unpack_from(order + "I", data, at)[0]
-    at += 4
-    for _ in range(names):
-        at = -(-(at + 4 + struct.unpack_from(order + "I", data, at)[0]) // 4) * 4
-    positions = struct.unpack_from(order + "I", data, at)[0]
-    if not positions:
-        return stamp_ns, float("nan")
-    return stamp_ns, struct.unpack_from(order + "d", data, _aligned(at + 4))[0]
-
-
-def _header(data: bytes) -> tuple[str, int, int]:
-    """Byte order, stamp [ns] and where what follows std_msgs/Header begins, aligned to 4."""
-    order = "<" if data[1] & 1 else ">"
-    sec, nanosec, length = struct.unpack_from(order + "iII", data, 4)
-    return order, sec * NANOSECONDS + nanosec, -(-(16 + length) // 4) * 4
-
-
-def _aligned(at: int) -> int:
-    """Where the next double is: CDR aligns it to 8 bytes, counted after the 4 bytes of encapsulation."""
-    return 4 + -(-(at - 4) // 8) * 8
-
-
 def _taker(
     decode: Callable[[bytes], tuple[int, float]], add: Callable[[int, float], list[Sample]], samples: list[Sample]
 ) -> Callable[[bytes], None]:
@@ -161,15 +129,17 @@ def _taker(
 
 def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str]]:
     """Force and encoder topic of each transmission wanted."""
-    names: Collection[str] = topics(path)
+    types = {name: topic.type_name for name, topic in topics(path).items()}
     found = {}
-    for name in sorted(names):
+    for name in sorted(types):
         match = _FORCE_TOPIC.fullmatch(name)
         encoder = name.removesuffix("force") + "encoder"
-        if match and encoder in names:
+        if match and (types[name], types.get(encoder)) == _TYPES:
             found[match["transmission"]] = (name, encoder)
     if not found:
-        raise RecordingError(f"{path}: expected topics .../transmission_N/force and .../encoder, found neither")
+        raise RecordingError(
+            f"{path}: expected .../transmission_N/force (WrenchStamped) and .../encoder (JointState), found neither"
+        )
     if transmission is None:
         return found
     if transmission not in found:

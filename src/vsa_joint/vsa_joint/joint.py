@@ -33,7 +33,7 @@ class JointNode(SuiteNode[JointConfig]):
         self._joint = self.config.joint
         self._reflection = JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
         self._range = (0.0, 0.0, False)  # least and greatest stiffness within reach, and whether that is known
-        self._reader = Reader(TransmissionImpedance)
+        self._reader = Reader(TransmissionImpedance.get_fields_and_field_types())
         self._reason = ""
         self._writer = Writer(JointImpedance())
         self._publisher = self.create_publisher(JointImpedance, "joint_impedance", RELIABLE)

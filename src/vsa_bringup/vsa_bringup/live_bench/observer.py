@@ -1,6 +1,5 @@
 """What a subscriber outside the suite hears: joint messages with their arrival, numbers of the samples, health."""
 
-import struct
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -11,13 +10,13 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from vsa_bringup.live_bench.cast import COMPOSED, Case
 from vsa_bringup.live_bench.score import Heard
+from vsa_common.cdr import Reader
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import NANOSECONDS, nanoseconds
 from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 SIDES = ("transmission_1", "transmission_2")
-_STAMPS = struct.Struct("<iIiI")
-_STAMPS_AT = 20  # of transmission_stamp in a JointImpedance: encapsulation, stamp, an empty frame_id, padding
+_STAMPS = Reader({"header": "std_msgs/Header", "transmission_stamp": "builtin_interfaces/Time[2]"})
 
 
 class Observer:
@@ -66,7 +65,7 @@ class Observer:
         return self._health.get(f"/{space}/rig_simulator", ("", {}))
 
     def _on_joint(self, space: str, data: bytes) -> None:
-        self._joints[space].append((data[_STAMPS_AT : _STAMPS_AT + _STAMPS.size], time.time_ns()))
+        self._joints[space].append((data, time.time_ns()))
 
     def _on_counters(self, space: str, side: int, data: bytes) -> None:
         self._counted = time.monotonic()
@@ -78,7 +77,7 @@ class Observer:
 
 
 def _stamps(data: bytes) -> tuple[int, int]:
-    first_s, first_ns, second_s, second_ns = _STAMPS.unpack(data)
+    first_s, first_ns, second_s, second_ns = _STAMPS.read(data)[1]
     return first_s * NANOSECONDS + first_ns, second_s * NANOSECONDS + second_ns
 
 
