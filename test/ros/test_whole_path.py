@@ -98,8 +98,7 @@ def test_estimates_reach_the_truth_from_wrong_start_values(summary):
 
 
 def test_the_joint_answers_for_nearly_every_sample(summary):
-    # a starved machine predicts through silence, and late samples behind a prediction stay unpublished
-    assert summary["joint"]["messages"] >= 0.9 * RATE * DURATION
+    assert summary["joint"]["messages"] >= 0.98 * RATE * DURATION
     assert summary["latency_ms"]["p50"] < 50.0
 
 

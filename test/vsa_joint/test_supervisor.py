@@ -28,8 +28,11 @@ class Feed:
         self.inputs = Inputs()
         self.now = 0
 
-    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, quiet=(), frozen=()):
-        """Steps for `ms`; `quiet` names inputs that stop. Returns (instant, mode, reason, motors) of each."""
+    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, quiet=(), frozen=(), late=None):
+        """Steps for `ms`; `quiet` names inputs that stop, `late` has ages by stamp [ms].
+
+        Returns (instant, mode, reason, motors) of each.
+        """
         out = []
         for _ in range(ms // 10):
             self.now += 10 * MS
@@ -44,6 +47,7 @@ class Feed:
                 i.motors, i.motors_ns = motors, self.now
             if "springs" not in quiet:
                 i.springs, i.springs_ns = SPRINGS, (self.now, self.now)
+            i.measured_ns = {topic: self.now - age * MS for topic, age in (late or {}).items()}
             if commands:
                 self.supervisor.command(TARGET, i, self.now)
             sent = self.supervisor.step(i, self.now)
@@ -82,7 +86,7 @@ def test_a_silent_input_holds_within_a_hundred_milliseconds(quiet, reason):
     feed = working()
     since = feed.now
     delay, told = first_hold(feed, feed.run(300, quiet=(quiet,)), since)
-    assert delay <= 110
+    assert delay <= 100
     assert told == reason
 
 
@@ -132,11 +136,12 @@ def test_a_command_that_stops_holds_after_its_timeout():
     assert told == "stiffness_command stopped"
 
 
-def test_control_resumes_by_itself_after_all_was_well_for_half_a_second():
+@pytest.mark.parametrize(("silence", "still"), [(200, 20), (1000, 40)])
+def test_control_resumes_by_itself_after_all_was_well_for_a_while(silence, still):
     feed = working()
-    feed.run(1000, quiet=("joint",))
+    feed.run(silence, quiet=("joint",))
     out = feed.run(1000)
-    assert out[40][1] is Mode.HOLDING
+    assert out[still][1] is Mode.HOLDING
     assert out[-1][1] is Mode.ACTIVE
     resumed = next(row for row in out if row[1] is Mode.ACTIVE)
     assert resumed[3] == pytest.approx(MOTORS, abs=0.05)
@@ -148,6 +153,27 @@ def test_a_short_silence_costs_no_more_than_twice_itself():
     out = feed.run(300)
     resumed = next(row for row in out if row[1] is Mode.ACTIVE)
     assert (resumed[0] - held[0][0]) / MS <= 130
+
+
+@pytest.mark.parametrize("topic", ["joint_impedance", "joint_states", "motor_states"])
+def test_a_backlog_is_old_though_it_arrives(topic):
+    feed = working()
+    assert feed.run(200, late={topic: 30})[-1][1] is Mode.ACTIVE
+    delay, told = first_hold(feed, feed.run(100, late={topic: 150}), feed.now)
+    assert delay <= 10
+    assert told.startswith(f"{topic} comes late")
+
+
+def test_an_age_that_nobody_can_know_holds():
+    feed = working()
+    out = feed.run(100, late={"joint_impedance": -3000})
+    assert out[0][1] is Mode.HOLDING
+    assert "in the future" in out[0][2]
+
+
+def test_at_a_slow_rate_control_works_too():
+    feed = Feed(rate=10.0)
+    assert feed.run(500)[-1][1] is Mode.ACTIVE
 
 
 def test_motors_that_do_not_follow_are_noticed():

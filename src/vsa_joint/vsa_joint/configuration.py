@@ -59,7 +59,16 @@ class Geometry:
 
 
 @dataclass(frozen=True)
-class JointConfig(Geometry, Limits):
+class Motors:
+    """How far the motors wind up the tendons."""
+
+    motor_pulley_radius: float = quantity(0.010, "m", 1e-4, 1.0, "tendon travel per radian of a motor")
+    motor_min: float = quantity(-3.0, "rad", -1e4, 1e4, "least motor position")
+    motor_max: float = quantity(8.0, "rad", -1e4, 1e4, "greatest motor position")
+
+
+@dataclass(frozen=True)
+class JointConfig(Geometry, Limits, Motors):
     """Parameters of the joint node."""
 
     reflection: str = choice(CONSISTENT, (CONSISTENT, PAPER), "how damping and inertia of the rods reach the joint")
@@ -69,13 +78,10 @@ class JointConfig(Geometry, Limits):
 
 
 @dataclass(frozen=True)
-class ControlConfig(Geometry, Limits):
+class ControlConfig(Geometry, Limits, Motors):
     """Parameters of the stiffness controller."""
 
     rate: float = quantity(100.0, "Hz", 10.0, 1000.0, "of motor commands")
-    motor_pulley_radius: float = quantity(0.010, "m", 1e-4, 1.0, "tendon travel per radian of a motor")
-    motor_min: float = quantity(-3.0, "rad", -1e4, 1e4, "least motor position")
-    motor_max: float = quantity(8.0, "rad", -1e4, 1e4, "greatest motor position")
     rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of a step of the equilibrium")
     smoothing_time: float = quantity(0.07, "s", 1e-3, 10.0, "time constant of a step of stiffness by a factor 2")
     stiffness_gain: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness")
@@ -86,7 +92,7 @@ class ControlConfig(Geometry, Limits):
     load_time: float = quantity(1.0, "s", 0.01, 60.0, "time over which the external torque counts as steady load")
     error_warn: float = quantity(0.05, "", 0.0, 10.0, "predicted relative error of the stiffness from which on to warn")
     error_max: float = quantity(0.3, "", 0.0, 10.0, "predicted relative error of the stiffness from which on to refuse")
-    input_timeout: float = quantity(0.06, "s", 0.01, 10.0, "age of the joint's estimate after which motors hold")
+    input_timeout: float = quantity(0.07, "s", 0.01, 10.0, "age of the joint's estimate at which motors hold")
     frozen_timeout: float = quantity(
         0.5, "s", 0.0, 60.0, "time after which a force that repeats to the last digit counts as frozen; 0: never"
     )

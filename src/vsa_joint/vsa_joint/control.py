@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 from vsa_joint.configuration import ControlConfig
+from vsa_joint.forces import unloaded_force
 from vsa_joint.motors import MotorMap
 from vsa_joint.springs import Range, Spring, Springs, force_for, reachable, relative_std
 
@@ -96,7 +97,8 @@ class StiffnessControl:
         self._deflection = self._load / max(live.stiffness, LEAST_STIFFNESS)
         self.equilibrium = live.angle - self._deflection
         self._base = max(spring.force_offset for spring in live.springs)
-        self._level, self._rest = Smoothed(self._log(sum(live.tension))), Smoothed(self.equilibrium)
+        force = unloaded_force(live.tension, self.config.radius)
+        self._level, self._rest = Smoothed(self._log(force)), Smoothed(self.equilibrium)
         self._trim = self._guard = self._integral = self._phase = self._goal = 0.0
         self._before = self._force
         self._motors.fit(live.motors, self._force, self.equilibrium, live.springs)

@@ -33,6 +33,15 @@ def motion_part(tension: tuple[float, float], radius: tuple[float, float]) -> tu
     return r1 * amplitude, -r2 * amplitude
 
 
+def unloaded_force(tension: tuple[float, float], radius: tuple[float, float]) -> float:
+    """Rod force of transmission_1 that is left when the tendons bear no torque [N].
+
+    >>> unloaded_force((20.0, 30.0), (0.02, 0.02))
+    50.0
+    """
+    return 2.0 * internal_part(tension, radius)[0]
+
+
 def split(
     tension: tuple[float, float],
     variance: tuple[float, float],

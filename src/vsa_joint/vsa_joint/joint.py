@@ -6,19 +6,24 @@ from functools import partial
 from operator import itemgetter
 from typing import Any
 
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
 from vsa_common.cdr import Reader, Writer
 from vsa_common.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
 from vsa_common.stamps import NANOSECONDS
 from vsa_joint.configuration import CONSISTENT, JointConfig
+from vsa_joint.forces import unloaded_force
 from vsa_joint.fusion import JointEstimate, JointFusion, Side
+from vsa_joint.motors import MotorMap
 from vsa_joint.propagation import Rod
-from vsa_joint.springs import Spring, learned_spring, reachable
+from vsa_joint.springs import Range, Spring, Springs, learned_spring, reachable
 from vsa_joint.status import Status
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
 RANGE_PERIOD_NS = 100_000_000
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 
 
@@ -38,6 +43,7 @@ class JointNode(SuiteNode[JointConfig]):
         self._writer = Writer(JointImpedance())
         self._publisher = self.create_publisher(JointImpedance, "joint_impedance", RELIABLE)
         self._states: list[bytes | None] = [None, None]
+        self._motor_map, self._motors = MotorMap(self.config), b""
         self._range_ns = 0
         self._inputs = self.listen()
         self._inputs += [
@@ -50,6 +56,7 @@ class JointNode(SuiteNode[JointConfig]):
             )
             for side in (0, 1)
         ]
+        self._inputs.append(self.create_subscription(JointState, "motor_states", self._on_motors, NEWEST, raw=True))
         self._watch = self.create_timer(self.config.status_period, self._on_watch, clock=self.steady)
 
     def listen(self) -> list[Subscription]:
@@ -111,16 +118,31 @@ class JointNode(SuiteNode[JointConfig]):
             self._range_ns = now_ns
             self._find_range()
 
+    def _on_motors(self, data: bytes) -> None:
+        self._motors = data
+
     def _find_range(self) -> None:
-        """Stiffness within reach under the present load, into the message."""
+        """Stiffness within reach at the present angle and load, into the message."""
         (first, second), newest, found = map(_spring, self._states), self._fusion.newest, None
         if first is not None and second is not None and newest.force_valid:
-            found = reachable(-newest.motion_torque, (first, second), self._joint, self.config)
+            found = self._within((first, second), newest)
         with self.lock:
             if found is None:
                 self._range = (*self._range[:2], False)
             else:
                 self._range = (found.stiffness_min, found.stiffness_max, True)
+
+    def _within(self, springs: Springs, newest: JointEstimate) -> Range | None:
+        """Stiffness within reach of springs, tendons and, where they are measured, motors."""
+        torque = -newest.motion_torque
+        found = reachable(torque, springs, self._joint, self.config)
+        motors = list(deserialize_message(self._motors, JointState).position) if self._motors else []
+        if found is None or len(motors) < len(springs):
+            return found
+        # the angle stays, so that the motors' zero may be that of a joint at zero
+        force = unloaded_force(newest.tension, self.config.radius)
+        self._motor_map.fit((motors[0], motors[1]), force, 0.0, springs)
+        return self._motor_map.narrowed(found, torque, 0.0, springs)
 
     def _on_watch(self) -> None:
         with self.lock:

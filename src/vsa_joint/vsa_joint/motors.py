@@ -4,9 +4,9 @@ Motor i winds up q_i = 2 x_i + F_i / (2 K_t) +- R theta of tendon: the rod's tra
 and the joint's angle.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
 
-from vsa_joint.configuration import ControlConfig
+from vsa_joint.configuration import ControlConfig, JointConfig
 from vsa_joint.springs import Range, Springs, partner_force, stiffness_at, tendon_travel
 
 BISECTIONS = 30
@@ -17,7 +17,7 @@ Pair = tuple[float, float]
 class MotorMap:
     """Motor positions [rad] for rod forces; `fit` finds the motors' zero."""
 
-    def __init__(self, config: ControlConfig) -> None:
+    def __init__(self, config: ControlConfig | JointConfig) -> None:
         self._config = config
         self._joint = config.joint
         self._zero = (0.0, 0.0)  # tendon travel at motor zero [m]
@@ -46,20 +46,22 @@ class MotorMap:
 
     def narrowed(self, found: Range, torque: float, angle: float, springs: Springs) -> Range | None:
         """What of a range under an external torque [N m] the motors can hold at `angle` [rad]."""
+        config, low, high = self._config, found.force_min, found.force_max
 
-        def held(force: float) -> bool:
-            motors = self.positions(force, angle, springs)
-            return motors == self.clipped(motors)
+        def wound(force: float) -> bool:
+            return min(self.positions(force, angle, springs)) >= config.motor_min
 
-        low, high = found.force_min, found.force_max
-        if not held(low):
+        def too_far(force: float) -> bool:
+            return max(self.positions(force, angle, springs)) > config.motor_max
+
+        low = low if wound(low) else _first(wound, low, high)
+        if not wound(low) or too_far(low):
             return None
-        if held(high):
+        high = _first(too_far, low, high) if too_far(high) else high
+        if (low, high) == (found.force_min, found.force_max):
             return found
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if held(middle) else (low, middle)
-        return replace(found, stiffness_max=stiffness_at(low, torque, springs, self._joint), force_max=low)
+        least, most = (stiffness_at(force, torque, springs, self._joint) for force in (low, high))
+        return Range(least, most, low, high)
 
     def _travels(self, force: float, angle: float, springs: Springs, rate: float) -> Pair:
         """Tendon travels [m]. The dampers resist a motion unequally: the springs make up for it, the stiffer one more,
@@ -75,3 +77,11 @@ class MotorMap:
             tendon_travel(total_2, springs[1].deflection(total_2 - damper_2), second.tendon_stiffness)
             - second.radius * angle,
         )
+
+
+def _first(holds: Callable[[float], bool], low: float, high: float) -> float:
+    """The least force from which on `holds`, which does not at `low`; `high` where it never does."""
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high

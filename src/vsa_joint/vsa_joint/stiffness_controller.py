@@ -1,15 +1,18 @@
 """Node: stiffness commands and live estimates in, motor commands out; safe when anything stops."""
 
 import time
+from collections import defaultdict
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from vsa_common.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.stamps import StampMessage, nanoseconds
 from vsa_joint.configuration import ControlConfig
 from vsa_joint.control import Target
 from vsa_joint.springs import learned_spring
+from vsa_joint.stamp_age import StampAge
 from vsa_joint.supervisor import Inputs, JointNow, Mode, Supervisor
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand
 
@@ -30,6 +33,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         self._inputs = Inputs()
         self._told: tuple[Mode, str] | None = None
         self._raw: dict[str, tuple[bytes, int]] = {}
+        self._ages: defaultdict[str, StampAge] = defaultdict(StampAge)
         self._commands = self.create_publisher(JointState, "motor_commands", RELIABLE)
         self._status = self.create_publisher(DiagnosticStatus, "~/status", RELIABLE)
         self._message = JointState(name=["motor_1", "motor_2"])
@@ -74,7 +78,17 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
     def _keep(self, name: str, data: bytes) -> None:
         self._raw[name] = (data, time.monotonic_ns())
 
+    def _stamped(self, name: str, stamp: StampMessage) -> None:
+        """Note when a message was measured, by its stamp; one without a stamp is as old as its arrival."""
+        ros_ns, now_ns = self.get_clock().now().nanoseconds, time.monotonic_ns()
+        instant = self._ages[name].steady(nanoseconds(stamp), ros_ns, now_ns)
+        if instant is None:
+            self._inputs.measured_ns.pop(name, None)
+        else:
+            self._inputs.measured_ns[name] = instant
+
     def _on_state(self, side: int, message: EstimatorState) -> None:
+        self._stamped(f"transmission_{side + 1}/estimator_state", message.header.stamp)
         springs, arrivals = list(self._inputs.springs), list(self._inputs.springs_ns)
         springs[side], arrivals[side] = learned_spring(message), time.monotonic_ns()
         complaints = list(self._inputs.complaints)
@@ -108,9 +122,13 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         inputs = self._inputs
         for name, (data, arrival) in self._raw.items():
             if name == "joint_impedance":
-                inputs.joint, inputs.joint_ns = _joint_now(deserialize_message(data, JointImpedance)), arrival
+                joint = deserialize_message(data, JointImpedance)
+                self._stamped(name, joint.header.stamp)
+                inputs.joint, inputs.joint_ns = _joint_now(joint), arrival
                 continue
-            position = deserialize_message(data, JointState).position
+            state = deserialize_message(data, JointState)
+            position = state.position
+            self._stamped(name, state.header.stamp)
             if name == "joint_states" and len(position) >= 1:
                 inputs.angle, inputs.angle_ns = position[0], arrival
             elif name == "motor_states" and len(position) >= 2:
@@ -120,7 +138,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
     def _tell(self, level: int, text: str, target: Target | None = None, accepted: bool = True) -> None:
         supervisor = self._supervisor
         status = DiagnosticStatus(level=bytes([level]), name=self.get_fully_qualified_name(), message=text)
-        values: dict[str, object] = {"mode": supervisor.mode.value}
+        values: dict[str, object] = {"stamp_ns": self.get_clock().now().nanoseconds, "mode": supervisor.mode.value}
         if target is not None:
             values |= {"stiffness": target.stiffness, "equilibrium_angle": target.equilibrium, "accepted": accepted}
         if supervisor.judgement is not None and supervisor.judgement.within is not None:

@@ -4,7 +4,7 @@ Instants are of a steady clock and come in as arguments.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from vsa_joint.configuration import ControlConfig
@@ -15,7 +15,9 @@ from vsa_joint.status import Status
 SECOND_NS = 1_000_000_000
 MEASURED_TIMEOUT_NS = SECOND_NS // 10  # angle and motors come slower than the estimates
 STATE_TIMEOUT_NS = SECOND_NS // 4  # an estimator's state comes at 50 Hz
-RECOVERY_NS = SECOND_NS // 2  # all must be well for as long as it was not, but no longer, before control resumes
+AHEAD_NS = SECOND_NS // 10  # stamps further in the future are of another clock: nobody knows their age
+HICCUP_NS = SECOND_NS // 10  # after a hold no longer than that, all must be well as long as it was not ...
+RECOVERY_NS = SECOND_NS // 2  # ... and after a longer one for so long, before control resumes
 LEAST_FORCE = 1.0  # N, a rod that feels less has a slack tendon or a sensor that is off
 OVERLOAD = 1.05  # of force_max, beyond which the motors hold
 FOLLOW_RAD, FOLLOW_NS = 0.3, SECOND_NS // 2  # motors further than that from their command do not follow
@@ -45,7 +47,10 @@ class JointNow:
 
 @dataclass
 class Inputs:
-    """The newest of everything, each with the instant of its arrival [ns]."""
+    """The newest of everything, each with the instant of its arrival [ns].
+
+    `measured_ns` has the instants of their stamps by topic, so that a backlog does not pass as fresh.
+    """
 
     joint: JointNow | None = None
     joint_ns: int = 0
@@ -56,6 +61,7 @@ class Inputs:
     springs: tuple[Spring | None, Spring | None] = (None, None)
     springs_ns: tuple[int, int] = (0, 0)
     complaints: tuple[str, str] = ("", "")  # of the estimators
+    measured_ns: dict[str, int] = field(default_factory=dict)
 
 
 class Supervisor:
@@ -68,6 +74,7 @@ class Supervisor:
         self.judgement: Judgement | None = None
         self.target: Target | None = None
         self._timeout_ns = int(config.input_timeout * SECOND_NS)
+        self._period_ns = int(SECOND_NS / config.rate)
         self._command_timeout_ns = int(config.command_timeout * SECOND_NS)
         self._command_ns = 0
         self._hold: tuple[float, float] | None = None
@@ -132,7 +139,8 @@ class Supervisor:
             return True
         if self._well_ns is None:
             self._well_ns = now_ns
-        return now_ns - self._well_ns >= min(self._well_ns - self._held_ns, RECOVERY_NS)
+        held_ns = self._well_ns - self._held_ns
+        return now_ns - self._well_ns >= (held_ns if held_ns <= HICCUP_NS else RECOVERY_NS)
 
     def _follows(self, inputs: Inputs, now_ns: int) -> bool:
         if self._sent is None or inputs.motors is None:
@@ -144,23 +152,38 @@ class Supervisor:
     def _fault(self, inputs: Inputs, now_ns: int) -> str:
         """Why control cannot work now; empty when it can."""
         joint = inputs.joint
-        if joint is None or now_ns - inputs.joint_ns > self._timeout_ns:
-            return "joint_impedance silent"
+        age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
+        if joint is None or age:
+            return age or "joint_impedance silent"
         if joint.status in (Status.STALE, Status.FAULT, Status.INITIALIZING) or not joint.stiffness_valid:
             return _because(f"joint stiffness invalid: {joint.reason or Status(joint.status).name}", inputs.complaints)
         if not joint.force_valid:
             return _because(f"tension invalid: {joint.reason or 'a force sensor is not well'}", inputs.complaints)
-        if not math.isfinite(inputs.angle) or now_ns - inputs.angle_ns > MEASURED_TIMEOUT_NS:
-            return "joint_states silent"
-        if inputs.motors is None or now_ns - inputs.motors_ns > MEASURED_TIMEOUT_NS:
-            return "motor_states silent"
+        age = self._age_fault("joint_states", inputs.angle_ns, MEASURED_TIMEOUT_NS, inputs, now_ns)
+        if not math.isfinite(inputs.angle) or age:
+            return age or "joint_states silent"
+        age = self._age_fault("motor_states", inputs.motors_ns, MEASURED_TIMEOUT_NS, inputs, now_ns)
+        if inputs.motors is None or age:
+            return age or "motor_states silent"
         for number, spring, arrival in zip((1, 2), inputs.springs, inputs.springs_ns, strict=True):
-            if spring is None or now_ns - arrival > STATE_TIMEOUT_NS:
-                return f"transmission_{number}/estimator_state silent"
+            name = f"transmission_{number}/estimator_state"
+            age = self._age_fault(name, arrival, STATE_TIMEOUT_NS, inputs, now_ns)
+            if spring is None or age:
+                return age or f"{name} silent"
             fault = self._force_fault(number, 2.0 * joint.tension[number - 1], spring, now_ns)
             if fault:
                 return fault
         return ""
+
+    def _age_fault(self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int) -> str:
+        """What will be older than `timeout_ns` before the next look, by its arrival or by its stamp."""
+        limit_ns = max(timeout_ns - self._period_ns, timeout_ns // 2)
+        if now_ns - arrival_ns > limit_ns:
+            return f"{name} silent"
+        age_ns = now_ns - inputs.measured_ns.get(name, arrival_ns)
+        if age_ns > limit_ns:
+            return f"{name} comes late: more than {limit_ns // 1_000_000} ms old by its stamps"
+        return f"{name} is stamped in the future: do the clocks agree?" if age_ns < -AHEAD_NS else ""
 
     def _force_fault(self, number: int, force: float, spring: Spring, now_ns: int) -> str:
         config = self._config
