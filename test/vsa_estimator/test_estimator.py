@@ -76,7 +76,7 @@ def test_a_recording_replayed_after_a_reset_gives_the_same_numbers_to_the_bit():
 
 
 @pytest.mark.parametrize("sensor", ["force", "deflection"])
-@pytest.mark.parametrize("rate", [100, 1000])
+@pytest.mark.parametrize("rate", [100, 200, 250, 1000])
 def test_a_hundred_sigma_spike_moves_no_estimate_by_more_than_one_standard_deviation(sensor, rate):
     recording = record(TRANSMISSION_1, MULTISINE, 20.0, rate=rate)
     samples = list(rows(recording))
@@ -163,7 +163,7 @@ def test_held_force_samples_are_counted_and_do_not_count_as_knowledge():
 
 def test_silence_grows_the_interval_goes_stale_and_then_invalid():
     estimator, estimate, rest, _ = converged()
-    soon, later, late = (estimator.coast(estimate.stamp_ns + int(1e6 * ms)) for ms in (20, 60, 120))
+    soon, later, late = (estimator.coast(estimate.stamp_ns + int(1e6 * ms)) for ms in (20, 50, 100))
     assert soon.status is Status.VALID
     assert (later.status, later.stiffness_valid) == (Status.STALE, True)
     assert (late.status, late.stiffness_valid, late.damping_valid) == (Status.STALE, False, False)

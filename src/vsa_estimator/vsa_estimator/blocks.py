@@ -30,8 +30,8 @@ class BlockAverage:
 
     @property
     def averages(self) -> bool:
-        """Whether samples come at least three times as fast as the filter steps."""
-        return 0.0 < 3.0 * self._period_ns <= self._span_ns
+        """Whether samples come at least twice as fast as the filter steps."""
+        return 0.0 < 2.0 * self._period_ns <= self._span_ns
 
     def clear(self) -> None:
         """Forget the unfinished block."""
@@ -42,10 +42,10 @@ class BlockAverage:
         self._count = 0
         self._force_count = 0
 
-    def add(self, stamp_ns: int, deflection: float, force: float | None) -> list[Block]:
-        """Take a sample, without its force where that is not fresh; the blocks that it completes, at most two."""
+    def add(self, stamp_ns: int, deflection: float | None, force: float | None) -> list[Block]:
+        """Take a sample, without what of it is not to be believed; the blocks that it completes, at most two."""
         step = stamp_ns - self._last_ns
-        gap = self._last_ns > 0 and self._count > 0 and step > 2.0 * self._span_ns
+        gap = self._first_ns > 0 and step > 2.0 * self._span_ns
         if self._period_ns == 0.0:
             self._period_ns = float(step) if self._last_ns else 0.0
         elif step < 3.0 * self._period_ns:
@@ -53,16 +53,19 @@ class BlockAverage:
         elif step < 1e9:
             self._period_ns *= 1.02
         self._last_ns = stamp_ns
-        complete = [self._close()] if gap else []
-        if self._count == 0:
+        complete = [self._close()] if gap and self._count else []
+        if gap:
+            self.clear()
+        if not self._first_ns:
             self._first_ns = stamp_ns
-        self._offset_sum += stamp_ns - self._first_ns
-        self._deflection_sum += deflection
-        self._count += 1
+        if deflection is not None:
+            self._offset_sum += stamp_ns - self._first_ns
+            self._deflection_sum += deflection
+            self._count += 1
         if force is not None:
             self._force_sum += force
             self._force_count += 1
-        if self._period_ns and stamp_ns - self._first_ns + self._period_ns >= self._span_ns:
+        if self._count and self._period_ns and stamp_ns - self._first_ns + self._period_ns >= self._span_ns:
             complete.append(self._close())
         return complete
 

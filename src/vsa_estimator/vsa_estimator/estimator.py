@@ -17,6 +17,7 @@ from vsa_estimator.learner import Learner
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, judge
 from vsa_estimator.rows import BAND, whiten
+from vsa_estimator.sample_clock import SampleClock
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.trust import CONTRADICTION, SILENCE, Trust
@@ -60,17 +61,20 @@ class Estimator:
             return None
         if verdict is Verdict.JUMP:
             self.reset(Reset.TIME_JUMP)
+        instant_ns = self._clock.add(stamp_ns, deflection)
         fresh = self._health.observe(stamp_ns, force, deflection)
         if not self._started:
-            self._start(stamp_ns, force, deflection)
+            self._start(instant_ns, force, deflection)
         if fresh and self._blocks.averages and not self._spikes.passes(force):
             self._force_rejected += 1
             fresh = False
-        for block in self._blocks.add(stamp_ns, deflection, force if fresh else None):
+        placed = not self._blocks.averages or self._deflection_spikes.passes(deflection)
+        self._deflection_rejected += not placed
+        for block in self._blocks.add(instant_ns, deflection if placed else None, force if fresh else None):
             self._step(block)
         self._fused += 1
         self._force = force
-        self._stamp_ns = stamp_ns
+        self._stamp_ns, self._instant_ns = stamp_ns, instant_ns
         estimate = self._estimate = self._report(stamp_ns)
         return estimate
 
@@ -129,6 +133,7 @@ class Estimator:
         self._jerk = JerkDensity()
         self._blocks = BlockAverage(rate)
         self._spikes = SpikeGate(config.force_noise_std)
+        self._deflection_spikes = SpikeGate(self._deflection_noise.std)
         self._tracker = Tracker(config.initial, rate)
         self._learner = Learner(config.initial, rate)
         self._trust = Trust(rate)
@@ -137,14 +142,15 @@ class Estimator:
         self._estimate = None
         self._started = False
         self._has_fit = False
-        self._stamp_ns = self._step_ns = self._epoch_ns = 0
+        self._clock = SampleClock()
+        self._stamp_ns = self._instant_ns = self._step_ns = self._epoch_ns = 0
         self._force = 0.0
         self._moved_ns = self._refreshed_ns = self._accepted_ns = 0
 
-    def _start(self, stamp_ns: int, force: float, deflection: float) -> None:
+    def _start(self, instant_ns: int, force: float, deflection: float) -> None:
         self._tracker.start(deflection, force, self._deflection_noise.std**2)
-        self._epoch_ns = self._step_ns = self._refreshed_ns = self._accepted_ns = stamp_ns
-        self._moved_ns = stamp_ns - int(STOP * 1e9)
+        self._epoch_ns = self._step_ns = self._refreshed_ns = self._accepted_ns = instant_ns
+        self._moved_ns = instant_ns - int(STOP * 1e9)
         self._started = True
 
     def _step(self, block: Block) -> None:
@@ -252,7 +258,9 @@ class Estimator:
             jump, place = self._jump.size, float(tracker.z[0])
             if self._jump.stayed(tracker.expected_force(place + jump) - tracker.expected_force(place)):
                 self._trust.move(tracker, jump, self._jump.variance + deflection_variance)
-                self._trust.doubt(tracker, f"encoder jumped by {1e3 * jump:+.2f} mm")
+                told = self._trust.doubt(tracker, f"encoder jumped by {1e3 * jump:+.2f} mm")
+                if not told:  # too little was proven to doubt it now
+                    self._health.complain(f"encoder jumped by {1e3 * jump:+.2f} mm", block.stamp_ns)
         else:
             tracker.reference = block.deflection
             tracker.forget(block.force if block.forces else self._force)
@@ -279,16 +287,17 @@ class Estimator:
         self._reset_reason = reason
 
     def _report(self, stamp_ns: int) -> Estimate:
-        """Estimate at an instant, predicted from the last step."""
-        ahead = min(max((stamp_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
+        """Estimate at the sample with this stamp, or so long after the last one, predicted from the last step."""
+        instant_ns = self._instant_ns + stamp_ns - self._stamp_ns
+        ahead = min(max((instant_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
         self._tracker.report(ahead, self._jerk.density, self._out)
         (
             x, x_variance, v, v_variance, a, a_variance, stiffness, ln_variance, damping, damping_variance,
             inertia, inertia_variance, stiffness_damping, stiffness_inertia, damping_inertia, speed_limit,
         ) = self._out.tolist()  # fmt: skip
         silence = (stamp_ns - self._stamp_ns) * 1e-9 if stamp_ns > self._stamp_ns else 0.0
-        stale = silence > max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
-        heard = silence <= INVALID_TIME
+        stale = silence >= max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
+        heard = silence < INVALID_TIME
         known, complaints = self._known, self._complaints(stamp_ns)
         trusted = heard and not self._trust.reason and not self._health.blind
         stiffness_valid = trusted and ln_variance < STIFFNESS**2

@@ -169,27 +169,27 @@ class Health:
         self._encoder.observe(stamp_ns, deflection, force)
         self._listen(stamp_ns, force, deflection)
         if self._pace.observe(stamp_ns):
-            self._complain("samples in a burst: they queued up on their way", stamp_ns)
+            self.complain("samples in a burst: they queued up on their way", stamp_ns)
             self._burst_until_ns = stamp_ns + BURST_NS
         frozen = self._encoder.repeated and self._encoder.frozen(stamp_ns)
         self.blind = frozen or self.deflection_noise > DEAFENING or stamp_ns < self._burst_until_ns
         if frozen:
-            self._complain("encoder stuck: it repeats itself to the last digit", stamp_ns)
+            self.complain("encoder stuck: it repeats itself to the last digit", stamp_ns)
         fresh = not self._force.repeated
         if not fresh:
             self.force_repeated += 1
             if self._force.stuck(stamp_ns, STUCK_FORCE_TIME, self._deflection_travel):
-                self._complain("force sensor stuck: it repeats itself while the encoder moves", stamp_ns)
+                self.complain("force sensor stuck: it repeats itself while the encoder moves", stamp_ns)
         if self._encoder.repeated and stamp_ns - self._encoder.since_ns > QUIET_ENCODER_TIME * 1e9:
             fresh = False  # at rest there is nothing to learn, and a stuck encoder must not teach
         if self._encoder.repeated and self._encoder.stuck(stamp_ns, STUCK_ENCODER_TIME, self._force_travel):
-            self._complain("encoder stuck: it repeats itself while the force changes", stamp_ns)
+            self.complain("encoder stuck: it repeats itself while the force changes", stamp_ns)
             self.blind = True
         if abs(force) >= self._config.force_limit:
-            self._complain("force sensor saturated", stamp_ns)
+            self.complain("force sensor saturated", stamp_ns)
             fresh = False
         if abs(deflection) >= self._config.deflection_limit:
-            self._complain("deflection at its limit", stamp_ns)
+            self.complain("deflection at its limit", stamp_ns)
             fresh = False
             self.blind = True
         return fresh
@@ -199,9 +199,10 @@ class Health:
         self.deflection_noise = self._noise[1].observe(deflection, self._stds[1])
         for sensor, ratio in (("force sensor", self.force_noise), ("encoder", self.deflection_noise)):
             if ratio > 1.0:
-                self._complain(f"{sensor} noisy: several times what was configured", stamp_ns)
+                self.complain(f"{sensor} noisy: several times what was configured", stamp_ns)
 
-    def _complain(self, text: str, stamp_ns: int) -> None:
+    def complain(self, text: str, stamp_ns: int) -> None:
+        """Say `text` from now on for a while."""
         self._complaints[text] = stamp_ns + int(COMPLAINT_TIME * 1e9)
 
     def complaints(self, stamp_ns: int) -> list[str]:
