@@ -1,14 +1,13 @@
 """Messages of one topic as columns of numbers."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
-from operator import attrgetter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.bags import Topic
-from vsa_common.stamps import NANOSECONDS, nanoseconds
+from vsa_common.stamps import NANOSECONDS
 
 Floats = NDArray[np.float64]
 
@@ -24,7 +23,7 @@ class Series:
     receive_ns: NDArray[np.int64]
     time: Floats  # [s]
     columns: dict[str, Floats]
-    last: Any = None  # the last message as it is, for its texts
+    texts: dict[str, Any] = field(default_factory=dict)  # of the last message
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
@@ -43,29 +42,20 @@ class Series:
 
 
 class Gatherer:
-    """Messages of one topic on their way to a Series: numbers with their `names`, or whole messages."""
+    """Messages of one topic, their fields `names`, on their way to a Series."""
 
-    def __init__(self, topic: Topic, names: Sequence[str] = ()) -> None:
+    def __init__(self, topic: Topic, names: Sequence[str]) -> None:
         self.topic = topic
         self.stamps: list[int] = []
         self._receives: list[int] = []
-        self._rows: list[tuple[float, ...]] = []
-        self._names = list(names)
-        self._pick: Callable[[Any], tuple[float, ...]] | None = None
-        self._last: Any = None
+        self._rows: list[tuple[Any, ...]] = []
+        self._names = names
 
-    def take(self, receive_ns: int, stamp_ns: int, values: tuple[float, ...]) -> None:
-        """The numbers of a message."""
+    def take(self, receive_ns: int, stamp_ns: int, values: tuple[Any, ...]) -> None:
+        """The numbers and texts of a message."""
         self._receives.append(receive_ns)
         self.stamps.append(stamp_ns)
         self._rows.append(values)
-
-    def add(self, receive_ns: int, message: Any) -> None:
-        """A message of ours, of many numbers."""
-        if self._pick is None:
-            self._names, self._pick = _numbers(message)
-        self.take(receive_ns, nanoseconds(message.header.stamp), self._pick(message))
-        self._last = message
 
     def series(self, start_ns: int) -> Series:
         """All of it, on the time that begins at `start_ns`."""
@@ -74,8 +64,10 @@ class Gatherer:
         time = (stamps - start_ns) / NANOSECONDS
         behind = (receives - stamps) / NANOSECONDS
         time[np.abs(behind - np.median(behind)) > _FAR] = np.nan
-        columns = np.array(self._rows, dtype=float).T.copy()
-        return Series(self.topic, stamps, receives, time, dict(zip(self._names, columns, strict=True)), self._last)
+        whole = dict(zip(self._names, zip(*self._rows, strict=True), strict=True))
+        texts = {name: values[-1] for name, values in whole.items() if isinstance(values[-1], str | list)}
+        columns = {name: np.array(values, dtype=float) for name, values in whole.items() if name not in texts}
+        return Series(self.topic, stamps, receives, time, columns, texts)
 
 
 def first_stamp(stamps: list[int]) -> int:
@@ -84,9 +76,3 @@ def first_stamp(stamps: list[int]) -> int:
     low, high = np.quantile(array, [0.02, 0.98])
     room = _FAR * NANOSECONDS + (high - low)
     return int(array[(array >= low - room) & (array <= high + room)].min())
-
-
-def _numbers(message: Any) -> tuple[list[str], Callable[[Any], tuple[float, ...]]]:
-    """Names of a message's scalars, and how to get them quickly."""
-    names = [one.name for one in fields(message) if isinstance(getattr(message, one.name), bool | int | float)]
-    return names, attrgetter(*names)

@@ -5,7 +5,6 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -91,15 +90,16 @@ def read_run(path: Path) -> Run:
             f"{path}: none of the suite's topics, expected .../transmission_N/impedance or such; found {held}"
         )
     fullest = {ours[name]["leaf"]: name for name in sorted(ours, key=lambda name: found[name].messages)}
-    ways = {leaf: _fast(path, name, leaf) for leaf, name in fullest.items() if leaf != "estimator_state"}
-    fast = {name: ways[match["leaf"]] for name, match in ours.items() if match["leaf"] in ways}
-    gathered = {name: Gatherer(found[name], fast[name].names if name in fast else ()) for name in ours}
+    decoders = {leaf: _decoder(path, name, leaf) for leaf, name in fullest.items()}
+    gathered = {name: Gatherer(found[name], decoders[match["leaf"]].names) for name, match in ours.items()}
+    takers = {name: (gathered[name].take, decoders[match["leaf"]].read) for name, match in ours.items()}
     try:
-        for name, receive_ns, data in read_raw(path, fast):
-            gathered[name].take(receive_ns, *fast[name].read(data))
+        for name, receive_ns, data in read_raw(path, takers):
+            take, read_one = takers[name]
+            take(receive_ns, *read_one(data))
     except (struct.error, IndexError) as error:
         raise BagError(f"{path}: a message ends too early: {error}") from error
-    counters, complaints = _gather_messages(path, found, gathered)
+    counters, complaints = _gather_messages(path, found)
     samples = [one for one in gathered.values() if one.stamps]
     if not samples:
         raise BagError(f"{path}: the suite's topics are there, but not one message")
@@ -128,55 +128,45 @@ def _match(topic: Topic) -> re.Match[str] | None:
     return match if match and _TYPES[match["leaf"]] == topic.type_name else None
 
 
-class _Fast(NamedTuple):
-    """A topic's numbers straight from the bytes: most of the messages of a bag."""
+class _Decoder(NamedTuple):
+    """Stamp [ns] and the fields `names` of a topic's messages, straight from the bytes."""
 
     names: Sequence[str]
-    read: Callable[[bytes], tuple[int, tuple[float, ...]]]
+    read: Callable[[bytes], tuple[int, tuple[Any, ...]]]
 
 
-def _fast(path: Path, topic: str, leaf: str) -> _Fast:
-    if leaf in _SINGLE:
-        name, decode = _SINGLE[leaf]
+def _decoder(path: Path, topic: str, leaf: str) -> _Decoder:
+    if leaf not in _SINGLE:
+        reader = Reader(fields(path, topic))
+        return _Decoder(reader.names, reader.read)
+    name, decode = _SINGLE[leaf]
 
-        def read_one(data: bytes) -> tuple[int, tuple[float, ...]]:
-            stamp_ns, value = decode(data)
-            return stamp_ns, (value,)
+    def read_one(data: bytes) -> tuple[int, tuple[float, ...]]:
+        stamp_ns, value = decode(data)
+        return stamp_ns, (value,)
 
-        return _Fast([name], read_one)
-    reader = Reader(fields(path, topic))
-    numbers = [i for i, name in enumerate(reader.names) if name != "reason"]
-    pick = itemgetter(*numbers) if len(numbers) > 1 else tuple
-
-    def read_many(data: bytes) -> tuple[int, tuple[float, ...]]:
-        stamp_ns, values = reader.read(data)
-        return stamp_ns, pick(values)
-
-    return _Fast([reader.names[i] for i in numbers], read_many)
+    return _Decoder([name], read_one)
 
 
 def _gather_messages(
-    path: Path, found: dict[str, Topic], gathered: dict[str, Gatherer]
+    path: Path, found: dict[str, Topic]
 ) -> tuple[dict[str, dict[str, dict[int, int]]], list[Complaint]]:
-    """Everything else: the estimators' state, counters by namespace and transmission, and what /diagnostics said."""
-    states = [one.topic.name for one in gathered.values() if one.topic.type_name == STATE]
+    """Everything else: counters by namespace and transmission, and what /diagnostics said."""
     others = [topic.name for topic in found.values() if topic.type_name in (COUNTERS, DIAGNOSTICS)]
     counters: dict[str, dict[str, dict[int, int]]] = {}
     said: dict[tuple[str, int, str], tuple[int, str, int]] = {}
     start_ns = 0
-    for name, receive_ns, message in read(path, states + others):
+    for name, receive_ns, message in read(path, others):
         start_ns = start_ns or receive_ns
         if found[name].type_name == COUNTERS:
             space, _, side = name.removesuffix("/capture_counters").rpartition("/")
             batch = zip(message.stamp, message.counter, strict=False)
             counters.setdefault(space, {}).setdefault(side, {}).update((nanoseconds(s), int(c)) for s, c in batch)
-        elif found[name].type_name == DIAGNOSTICS:
+        else:
             for status in message.status:
                 key = (status.name, int(status.level), _NUMBER.sub("#", status.message))
                 first, text, count = said.get(key, (receive_ns, status.message, 0))
                 said[key] = (first, text, count + 1)
-        else:
-            gathered[name].add(receive_ns, message)
     complaints = [
         Complaint(node, level, text, max(0.0, (first - start_ns) / NANOSECONDS), count)
         for (node, level, _), (first, text, count) in sorted(said.items(), key=lambda one: one[1])

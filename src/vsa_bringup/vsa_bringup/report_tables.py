@@ -67,7 +67,7 @@ def _not_valid(side: Side) -> list[str]:
     """What is in brackets and why, as the estimator put it."""
     assert side.state
     names = [name for name in COEFFICIENTS if not side.state.valid(name)[-1]]
-    reasons = [line for line in side.state.last.observability if line]
+    reasons = [line for line in side.state.texts.get("observability", ()) if line]
     why = f" ({'; '.join(reasons)})" if reasons else ""
     return [f"{side.name}: in brackets, not valid at the end: {', '.join(names)}{why}"] if names else []
 

@@ -14,7 +14,6 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 # Okabe and Ito's palette, which the colour-blind can tell apart.
@@ -44,7 +43,6 @@ STYLE = {
     "lines.linewidth": 1.1,
     "legend.frameon": False,
     "legend.fontsize": 8.0,
-    "figure.constrained_layout.use": True,
     "savefig.dpi": 130,
     "svg.fonttype": "none",  # text stays text: small, searchable, in the page's font
     "svg.hashsalt": "vsa",  # same figure, same file
@@ -63,7 +61,7 @@ def panels(
     title: str = "",
 ) -> tuple[Figure, Any]:
     """A figure and its axes: one, a row of them, or rows of them as numpy does it; sizes in inches."""
-    figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height))
+    figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=share_x)
     if title:
         set_title(figure, title)
@@ -74,7 +72,6 @@ def stack(rows: int, *, height: float, duration: float, width: float = WIDTH) ->
     """Panels above each other over a time axis of `duration` [s], `height` inches each; laid out by rule: quick."""
     tall = rows * height + 0.8
     figure = Figure(figsize=(width, tall))
-    figure.set_layout_engine("none")
     places = {"left": 0.85 / width, "right": 1.0 - 0.15 / width, "bottom": 0.45 / tall, "top": 1.0 - 0.4 / tall}
     axes = list(figure.subplots(rows, sharex=True, squeeze=False, gridspec_kw={**places, "hspace": 0.14})[:, 0])
     for one in axes:
@@ -108,7 +105,6 @@ def text_page(title: str, lines: Sequence[str], tables: Sequence[tuple[str, Sequ
     """A page for a PDF: a heading, lines of text, and tables whose first row names the columns."""
     height = 1.2 + 0.2 * len(lines) + sum(0.6 + 0.17 * len(rows) for _, rows in tables)
     figure = Figure(figsize=(WIDTH, height))
-    figure.set_layout_engine("none")
     y = 1.0 - 0.4 / height
     figure.text(0.03, y, title, size=15, weight="bold")
     for line in lines:
@@ -123,9 +119,10 @@ def text_page(title: str, lines: Sequence[str], tables: Sequence[tuple[str, Sequ
 
 def lay_out(figure: Figure) -> None:
     """Make room for every label, once for all files that the figure is written to."""
-    if figure.get_layout_engine() is not None:
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)  # "none" would leave one that has every file drawn twice
 
 
 def _table(figure: Figure, rows: Sequence[Sequence[str]], y: float, step: float) -> float:
@@ -149,6 +146,8 @@ def save(figure: Figure, path: str | Path) -> None:
 
 def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
     """Write one PDF with a figure a page; makes the folder."""
+    from matplotlib.backends.backend_pdf import PdfPages  # half a second, which only those pay who want a PDF
+
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     with PdfPages(path) as pages:
         for figure in figures:

@@ -1,14 +1,13 @@
 """Allan deviation of a sensor's record: how large its noise is, and whether it is white (section VI).
 
-The one door to allantools. White noise has an Allan variance that falls as 1/tau; drift bends it up.
+White noise has an Allan variance that falls as 1/tau; drift bends it up.
 """
 
 from dataclasses import dataclass
 
-import allantools
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri  # scipy.stats takes a second to import
 
 Array = NDArray[np.float64]
 
@@ -39,6 +38,13 @@ class Allan:
         return float(self.std * np.sqrt(self.tau[0]))
 
 
+def overlapping_deviation(signal: Array, sizes: NDArray[np.int64]) -> Array:
+    """Overlapping Allan deviation of means over `sizes` samples: rms difference of neighbouring means over sqrt 2."""
+    sums = np.concatenate([[0.0], np.cumsum(signal - np.mean(signal))])
+    differences = ((sums[2 * m :] - 2.0 * sums[m:-m] + sums[: -2 * m]) / m for m in sizes)
+    return np.array([np.sqrt(0.5 * np.mean(one**2)) for one in differences])
+
+
 def allan(signal: Array, rate: float) -> Allan:
     """Allan deviation of an evenly sampled signal at averaging times of 1, 2, 4, ... samples.
 
@@ -47,15 +53,15 @@ def allan(signal: Array, rate: float) -> Allan:
     """
     longest = max(1, len(signal) // FEWEST_MEANS)
     sizes = 2 ** np.arange(int(np.log2(longest)) + 1)
-    tau, deviation, _, _ = allantools.oadev(signal, rate=rate, data_type="freq", taus=sizes / rate)
+    tau, deviation = sizes / rate, overlapping_deviation(signal, sizes)
     std = float(np.sqrt(0.5 * np.mean(np.diff(signal) ** 2)))
-    freedom = np.maximum(len(signal) / sizes[: len(tau)] - 1.0, 1.0)
+    freedom = np.maximum(len(signal) / sizes - 1.0, 1.0)
     weights = freedom
     x, y = np.log(tau), 2.0 * np.log(np.maximum(deviation, 1e-300))
     centred = x - np.average(x, weights=weights)
     slope = float(np.sum(weights * centred * y) / max(np.sum(weights * centred**2), 1e-300))
     ratio = deviation**2 * (tau * rate) / max(std, 1e-150) ** 2
-    low, high = (chi2.ppf(p, freedom) / freedom for p in (0.5 - CONFIDENCE / 2.0, 0.5 + CONFIDENCE / 2.0))
+    low, high = (chdtri(freedom, above) / freedom for above in (0.5 + CONFIDENCE / 2.0, 0.5 - CONFIDENCE / 2.0))
     inside = bool(np.all((ratio > 0.97 * low) & (ratio < 1.03 * high)))
     white = std > 0.0 and inside and abs(slope - WHITE_SLOPE) < TOLERANCE
     # All of a white record says how large its noise is; of another one, the shortest averaging time.
