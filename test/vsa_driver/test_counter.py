@@ -112,7 +112,7 @@ def test_a_device_that_paused_lost_nothing(bits, pause_ms):
     assert (counter.lost, counter.restarts) == (0, 0)
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=200)
 @given(
     st.integers(1, 32), st.lists(st.tuples(st.integers(0, 2**32 - 1), st.integers(-(10**10), 2 * 10**18)), max_size=60)
 )

@@ -99,13 +99,13 @@ def test_a_rezeroed_encoder_is_rejected_then_relocated_with_stiffness_k2_and_d2_
     estimator, before, rest, stiffness = converged()
     for index, (stamp_ns, force, deflection) in enumerate(rest):
         estimate = estimator.add(stamp_ns, force, deflection - 3e-3)
-        if index == 4:
+        if index == 15:
             assert estimate.reset_count == 0
     state = estimator.state()
     assert (estimate.reset_count, estimate.reset_reason) == (1, Reset.DEFLECTION)
-    assert state.deflection_rejected > 4
-    assert estimate.k2 == pytest.approx(before.k2, rel=0.01)
-    assert estimate.d2 == pytest.approx(before.d2, rel=0.05)
+    assert state.deflection_rejected > 15
+    assert estimate.k2 == pytest.approx(before.k2, abs=3.0 * math.sqrt(before.k2_variance))
+    assert estimate.d2 == pytest.approx(before.d2, abs=3.0 * math.sqrt(before.d2_variance))
     assert estimate.stiffness == pytest.approx(stiffness[-1], rel=0.01)
     assert estimate.deflection == pytest.approx(rest[-1][2] - 3e-3, abs=5e-5)
 
@@ -182,7 +182,7 @@ def test_after_a_long_gap_the_coefficients_are_still_known():
 
 def test_another_rig_in_its_place_is_noticed_and_learnt():
     estimator, _, _, _ = converged()
-    other = record(TRANSMISSION_1.__class__(k1=2.0, k2=220.0, force_offset=12.0), SLOW, 35.0)
+    other = record(TRANSMISSION_1.__class__(k1=2.0, k2=220.0, force_offset=12.0), SLOW, 25.0)
     for stamp_ns, force, deflection in rows(other):
         estimate = estimator.add(stamp_ns + 20 * SECOND, force, deflection)
     assert estimate.reset_count >= 1

@@ -151,6 +151,7 @@ def test_zero_and_future_stamps_are_refused_and_counted(lab):
 
 def test_silence_is_stale_then_invalid_and_ends_by_itself(lab):
     lab.move(5)
+    before = lab.impedances[-1]
     lab.impedances.clear()
     lab.until(lambda: lab.impedances and lab.impedances[-1].status == TransmissionImpedance.STALE)
     lab.until(lambda: not lab.impedances[-1].stiffness_valid)
@@ -172,6 +173,7 @@ def test_reset_is_counted_with_its_reason(lab):
 
 def test_a_force_without_its_encoder_is_no_sample(lab):
     lab.move(5)
+    before = lab.impedances[-1]
     lab.impedances.clear()
     wrench = WrenchStamped()
     end = time.monotonic() + 0.4
@@ -181,6 +183,7 @@ def test_a_force_without_its_encoder_is_no_sample(lab):
         lab.executor.spin_once(timeout_sec=0.01)
     assert lab.impedances[-1].status == TransmissionImpedance.STALE
     assert not lab.impedances[-1].stiffness_valid
+    assert lab.impedances[-1].stiffness_variance > before.stiffness_variance
     lab.move(30)
     assert lab.states[-1].samples_dropped > 10
 

@@ -29,8 +29,7 @@ NOISE_MEMORY = 9.0  # [s]
 BRIDGED = 0.25  # silence up to this long is predicted across [s]
 COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
-JUMPED = 0.06  # deflections rejected for this long, all by the same, are an encoder that jumped [s]
-RELOCATE = 0.2  # any others are taken for the truth after this long [s]
+RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
 
@@ -80,9 +79,12 @@ class Estimator:
 
     def coast(self, stamp_ns: int) -> Estimate | None:
         """Estimate at an instant [ns] without a sample; STALE when silence lasts. None before the first sample."""
-        if not self._started or stamp_ns <= self._stamp_ns:
+        last = self._estimate
+        if last is None or stamp_ns <= self._stamp_ns:
             return None
-        return self._report(stamp_ns)
+        now = self._report(stamp_ns)
+        shrunk = max(1.0, last.stiffness / max(now.stiffness, 1e-9))  # its variance grows, even where a spring slackens
+        return now._replace(stiffness_variance=now.stiffness_variance * shrunk * shrunk)
 
     def reset(self, reason: Reset = Reset.REQUESTED) -> None:
         """Forget everything but the counters."""
@@ -166,8 +168,7 @@ class Estimator:
         if not tracker.correct_deflection(block.deflection, deflection_variance):
             self._deflection_rejected += 1
             self._jump.reject(block, float(tracker.z[0]))
-            patience = JUMPED if self._jump.alike else RELOCATE
-            if block.stamp_ns - self._accepted_ns > patience * 1e9:
+            if block.stamp_ns - self._accepted_ns > RELOCATE * 1e9:
                 self._relocate(block, deflection_variance)
             return
         self._accepted_ns = block.stamp_ns
@@ -176,6 +177,7 @@ class Estimator:
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
+        self._health.undamped = tracker.undamped
         reset = self._trust.weigh(tracker, block.stamp_ns * 1e-9, block, self._health.blind)
         if reset is not Reset.NONE:
             self._count_reset(reset)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 from vsa_estimator.blocks import Block
 
-ALIKE = 0.1  # rejected offsets that differ by less than this share of their size are one jump
 STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
 
 
@@ -30,12 +29,6 @@ class Jump:
     def clear(self) -> None:
         """The motion has a gap."""
         self._rejected.clear()
-
-    @property
-    def alike(self) -> bool:
-        """Whether several were off by the same."""
-        offsets = [offset for offset, _ in self._rejected[1:]]
-        return len(offsets) >= 3 and max(offsets) - min(offsets) < ALIKE * abs(offsets[0])
 
     @property
     def size(self) -> float:
