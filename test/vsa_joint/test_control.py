@@ -27,15 +27,16 @@ def rig_config():
 
 
 class Loop:
-    """Rig and controller at 100 Hz; `k2_error` is what the estimators have wrong."""
+    """Rig and controller at 100 Hz; `k2_error` is what the estimators have wrong, `second` is of transmission_2."""
 
-    def __init__(self, k2_error=0.0, **config):
-        self.rig = Rig(rig_config())
+    def __init__(self, k2_error=0.0, second=None, **config):
+        rig = rig_config()
+        self.rig = Rig(replace(rig, transmission_2=replace(rig.transmission_2, **(second or {}))))
         self.control = StiffnessControl(ControlConfig(**config))
         self.springs = tuple(
             Spring(
                 0.01, math.log(c.k1 * c.k2 * math.exp(c.k2 * 0.01)), c.k2 * (1.0 + k2_error), c.force_offset,
-                k2_variance=(0.03 * c.k2) ** 2, peak_speed=3.4e-3,
+                k2_variance=(0.03 * c.k2) ** 2, damping=c.d1, peak_speed=math.sqrt(c.d1 / (-3.0 * c.d2)),
             )
             for c in (self.rig.config.transmission_1, self.rig.config.transmission_2)
         )  # fmt: skip
@@ -92,6 +93,24 @@ def test_steps_by_two_settle_within_a_second_and_leave_the_equilibrium():
         assert np.abs(rows[-200:, 1]).max() <= 0.006
         assert rows[:, 2:].min() > 5.0
         assert rows[:, 2:].max() < 190.0
+
+
+@pytest.mark.parametrize(
+    ("second", "config"),
+    [
+        ({"force_offset": 12.0, "k1": 2.0, "k2": 220.0, "d1": 2500.0, "d2": -5e7}, {}),
+        ({"d1": 2500.0}, {}),
+        ({"tendon_stiffness": 2e4}, {"tendon_stiffness": (1e5, 2e4)}),
+    ],
+)
+def test_sides_that_differ_do_not_swing_the_joint(second, config):
+    loop = Loop(second=second, **config)
+    loop.run(4.0, 1.0)
+    for stiffness in (0.5, 4.0, 0.5, 1.0):
+        rows = loop.run(5.0, stiffness)
+        assert np.abs(rows[:, 1]).max() <= 0.030
+        assert np.abs(rows[-150:, 1]).max() <= 0.010
+        assert settled_after(rows, stiffness) <= 2.5
 
 
 def test_a_step_by_eight_settles_within_two_and_a_half_seconds():

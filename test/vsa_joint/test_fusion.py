@@ -54,6 +54,20 @@ def test_a_lost_sample_costs_one_pair_and_does_not_shift_the_pairing(lost, offse
     assert core.counts.unpaired == 1
 
 
+@pytest.mark.parametrize("late", [0.45, 0.55, 0.7])
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_frame_later_than_half_a_period_still_pairs_with_its_own_sample(side, late):
+    core, out = fusion(max_skew=0.005), []
+    for k in range(60):
+        stamps = {0: k, 1: k + 0.02}
+        stamps[side] += late * (k == 20)
+        for number in sorted(stamps, key=stamps.get):
+            estimate = feed(core, number, stamps[number])
+            out += [estimate] if estimate else []
+    assert [round(e.transmission_stamp_ns[1 - side] / MS) for e in out] == list(range(60))
+    assert core.counts.unpaired == 0
+
+
 def test_sides_further_apart_than_max_skew_do_not_pair():
     core = fusion(max_skew=0.001)
     assert feed(core, 0, 0) is None

@@ -5,7 +5,7 @@ import math
 import pytest
 from vsa_joint.configuration import ControlConfig
 from vsa_joint.motors import MotorMap
-from vsa_joint.springs import Spring, partner_force, reachable, stiffness_at
+from vsa_joint.springs import Spring, force_for, reachable, stiffness_at
 
 SPRINGS = (
     Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
@@ -46,9 +46,36 @@ def test_an_angle_takes_travel_from_one_motor_and_too_much_of_it_leaves_nothing(
     assert reach(angle=3.0)[-1] is None
 
 
-def test_positions_of_unequal_radii_balance_the_torque():
-    motors, joint, _, _ = reach(radius=(0.0215, 0.018))
-    first, second = motors.positions(40.0, 0.0, SPRINGS)
-    assert first == pytest.approx(MOTORS[0])
-    assert second == pytest.approx(MOTORS[1])
-    assert partner_force(40.0, 0.0, joint) == pytest.approx(40.0 * 0.0215 / 0.018)
+def torque_on(angle, motors, zero, config):
+    """Of both tendons at a joint angle, each side's force found from how far its motor has wound it up."""
+    total = 0.0
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        radius, tendon = config.radius[side], config.tendon_stiffness[side]
+        wound = config.motor_pulley_radius * (motors[side] - zero[side]) - sign * radius * angle
+        low, high = SPRINGS[side].force_offset + 1e-3, 300.0
+        for _ in range(60):
+            force = 0.5 * (low + high)
+            reached = 2.0 * SPRINGS[side].deflection(force) + force / (2.0 * tendon)
+            low, high = (force, high) if reached < wound else (low, force)
+        total += sign * radius * 0.5 * force
+    return total
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.1])
+@pytest.mark.parametrize(
+    "sides", [{}, {"radius": (0.0215, 0.018)}, {"tendon_stiffness": (1e5, 2e4)}, {"radius": (0.025, 0.02)}]
+)
+def test_the_positions_rest_where_they_shall_and_are_as_stiff_as_they_shall(sides, angle):
+    config = ControlConfig(**sides)
+    motors = MotorMap(config)
+    zero = motors.positions(40.0, 0.0, SPRINGS)
+    motors.fit((0.0, 0.0), 40.0, 0.0, SPRINGS)
+    found = reachable(0.0, SPRINGS, config.joint, config)
+    for stiffness in (0.6, 1.5, 3.0):
+        force = force_for(stiffness, 0.0, SPRINGS, config.joint, found)
+        positions = motors.positions(force, angle, SPRINGS)
+        start = [-position for position in zero]
+        assert torque_on(angle, positions, start, config) == pytest.approx(0.0, abs=1e-6)
+        step = 1e-4
+        fall = torque_on(angle - step, positions, start, config) - torque_on(angle + step, positions, start, config)
+        assert fall / (2.0 * step) == pytest.approx(stiffness, rel=1e-4)

@@ -74,6 +74,7 @@ class Noisiness:
     WORTH = 20.0  # samples
     LOUD = 9.0  # variance, in units of the usual one, that counts as louder
     RINGING = 4.0  # times the steepest slope of late, from sample to sample
+    FADED = 0.25  # of the slope from which on a rod may ring, below which it no longer does
     SHARE = 0.35  # of loud samples from which on the noise is
 
     def __init__(self, brisk: float) -> None:
@@ -83,14 +84,20 @@ class Noisiness:
         self._difference = math.nan
         self._slope = 0.0  # a sample, leaky mean
         self._steepest = 0.0  # of late
+        self._rings = False
         self._loud = 0.0
         self._variance = 1.0
 
-    def observe(self, value: float, std: float) -> float:
-        """Take a sample and the standard deviation that its noise should have; its ratio to that, 1 for the usual."""
+    def observe(self, value: float, std: float, undamped: bool = False) -> float:
+        """Take a sample and the standard deviation that its noise should have; its ratio to that, 1 for the usual.
+
+        `undamped` while the rod is known to move beyond v*.
+        """
         before, last = self._values
         difference = value - 2.0 * last + before
-        ringing = self.RINGING * self._steepest if self._steepest > self._brisk * std else 0.0
+        brisk = self._brisk * std
+        self._rings = undamped or self._steepest > (self.FADED if self._rings else 1.0) * brisk
+        ringing = self.RINGING * max(self._steepest, brisk if undamped else 0.0) if self._rings else 0.0
         product = -difference * self._difference / (4.0 * (std * std + ringing * ringing))
         self._values, self._difference = (last, value), difference
         if product != product:
@@ -143,6 +150,7 @@ class Health:
         self._burst_until_ns = 0
         self.force_repeated = 0
         self.blind = False  # the encoder is not to be believed
+        self.undamped = False  # the rod moves beyond v*, as far as the filter knows; whoever has the filter sets it
         self.force_noise = 1.0  # times what it should be
         self.deflection_noise = 1.0
         self._noise = tuple(map(Noisiness, BRISK))
@@ -195,7 +203,7 @@ class Health:
         return fresh
 
     def _listen(self, stamp_ns: int, force: float, deflection: float) -> None:
-        self.force_noise = self._noise[0].observe(force, self._stds[0])
+        self.force_noise = self._noise[0].observe(force, self._stds[0], self.undamped)
         self.deflection_noise = self._noise[1].observe(deflection, self._stds[1])
         for sensor, ratio in (("force sensor", self.force_noise), ("encoder", self.deflection_noise)):
             if ratio > 1.0:

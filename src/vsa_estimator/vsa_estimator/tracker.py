@@ -79,6 +79,11 @@ class Tracker:
         return float(self.z[Z.V])
 
     @property
+    def undamped(self) -> bool:
+        """Whether the rod is known to move where its damper has no more force to give."""
+        return self.knows and abs(self.speed) > NEAR_KINK * maximum_speed(float(self.z[Z.D1]), float(self.z[Z.D2]))
+
+    @property
     def deflection_nis(self) -> float:
         """Normalised innovation squared of the last deflection."""
         return float(self.deflection_monitor[0] ** 2 / self.deflection_monitor[1])

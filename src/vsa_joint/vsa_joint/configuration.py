@@ -83,7 +83,7 @@ class ControlConfig(Geometry, Limits, Motors):
 
     rate: float = quantity(100.0, "Hz", 10.0, 1000.0, "of motor commands")
     rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of a step of the equilibrium")
-    smoothing_time: float = quantity(0.07, "s", 1e-3, 10.0, "time constant of a step of stiffness by a factor 2")
+    smoothing_time: float = quantity(0.055, "s", 1e-3, 10.0, "time constant of a step of stiffness by a factor 2")
     stiffness_gain: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness")
     equilibrium_gain: float = quantity(0.5, "", 0.0, 5.0, "proportional gain on the unloaded equilibrium")
     equilibrium_integral: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the unloaded equilibrium")

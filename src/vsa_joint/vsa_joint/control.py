@@ -5,7 +5,8 @@ deflection that this load explains; what remains, angle - z, is where the joint 
 measured angle instead would push back and make a joint of 0.5 N m/rad feel like one of 8.
 
 Both motors get q_i = 2 x_i(F) + F / (2 K_t) +- R (equilibrium + correction), F from the commanded stiffness by the
-springs that the estimators learned, smoothed, and trimmed by the live stiffness.
+springs that the estimators learned, smoothed, and trimmed by the live stiffness; on the way x_i and F_i are those of
+rods that move under one torque balance (`rods`).
 """
 
 import math
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 from vsa_joint.configuration import ControlConfig
 from vsa_joint.forces import unloaded_force
 from vsa_joint.motors import MotorMap
+from vsa_joint.rods import Rods
 from vsa_joint.springs import Range, Spring, Springs, force_for, reachable, relative_std
 
 KNOWN_BY = (Spring.relative_variance, Spring.law_variance)
@@ -85,11 +87,12 @@ class StiffnessControl:
         self._deflection = 0.0  # that the load explains [rad]
         self._load = 0.0  # N m, steady
         self._base = 0.0  # N
+        self._wish = 0.0  # ln(F - base)
         self._level, self._rest = Smoothed(0.0), Smoothed(0.0)  # ln(F - base), equilibrium [rad]
         self._tau, self._goal = config.smoothing_time, 0.0
         self._trim = self._guard = self._integral = self._phase = 0.0
         self._motors = MotorMap(config)
-        self._before = 0.0  # rod force of the last period [N]
+        self._rods = Rods(config.joint)
 
     def engage(self, live: Live) -> None:
         """Begin from where the rig is: the first command is the measured position."""
@@ -98,9 +101,10 @@ class StiffnessControl:
         self.equilibrium = live.angle - self._deflection
         self._base = max(spring.force_offset for spring in live.springs)
         force = unloaded_force(live.tension, self.config.radius)
-        self._level, self._rest = Smoothed(self._log(force)), Smoothed(self.equilibrium)
+        self._wish = self._log(force)
+        self._level, self._rest = Smoothed(self._wish), Smoothed(self.equilibrium)
         self._trim = self._guard = self._integral = self._phase = self._goal = 0.0
-        self._before = self._force
+        self._rods.start(self._force)
         self._motors.fit(live.motors, self._force, self.equilibrium, live.springs)
 
     def judge(self, target: Target, live: Live) -> Judgement:
@@ -140,8 +144,8 @@ class StiffnessControl:
         self._keep_tension(live)
         force = self._force + self._guard + self._dither(target, live, within)
         force = min(max(force, within.force_min), within.force_max)
-        rate, self._before = (force - self._before) / self._dt, force
-        return self._motors.clipped(self._motors.positions(force, rest + correction, live.springs, rate))
+        moved = self._rods.step(force, live.springs, self._dt)
+        return self._motors.clipped(self._motors.following(*moved, rest + correction))
 
     def _observe(self, live: Live) -> None:
         """The unloaded equilibrium; D z' = tau - K z by an implicit step."""
@@ -159,7 +163,8 @@ class StiffnessControl:
             self._tau = self.config.smoothing_time * max(1.0, octaves)
         force = force_for(target.stiffness * math.exp(self._trim), 0.0, live.springs, self.joint, within)
         goal = self._log(force)
-        if abs(self._level.step(goal, self._tau, self._dt) - goal) < ARRIVED:
+        self._wish += (goal - self._wish) * (1.0 - math.exp(-self._dt / self._tau))  # the rods start without a jerk
+        if abs(self._level.step(self._wish, self._tau, self._dt) - goal) < ARRIVED:
             trim = self._trim + self.config.stiffness_gain * self._dt * math.log(target.stiffness / now)
             self._trim = min(max(trim, -TRIM_MAX), TRIM_MAX)
 

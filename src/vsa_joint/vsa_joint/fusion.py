@@ -1,7 +1,8 @@
 """Two streams of transmission estimates in, one stream of joint estimates out.
 
 Sides pair by stamp. A pair is as close as half the sampling period and `max_skew` allow, so that a lost
-sample costs one pair and never shifts the pairing. Instants of the steady clock come in as arguments.
+sample costs one pair and never shifts the pairing; a frame that came later than that still pairs where neither side
+lacks a sample. Instants of the steady clock come in as arguments.
 """
 
 from collections import deque
@@ -17,6 +18,7 @@ NANOSECONDS = 1e9
 QUEUE = 1000  # samples that wait for their partner
 PERIOD_GAIN = 1.0 / 64.0
 PERIODS = 5.0  # of silence before a side is stale
+NEXT = 1.75  # periods after a sample, up to which the following one is the very next
 TIME_JUMP_NS = 500_000_000  # a stamp that far back is a clock or a bag that started over
 
 
@@ -120,7 +122,7 @@ class JointFusion:
         limit = self._skew_limit_ns()
         while queue and waiting:
             skew = queue[0].stamp_ns - waiting[0].stamp_ns
-            if abs(skew) <= limit:
+            if abs(skew) <= limit or self._both_next(limit):
                 return self._emit(self._queues[0].popleft(), self._queues[1].popleft(), now_ns)
             (waiting if skew > 0 else queue).popleft()
             self._unpaired += 1
@@ -176,6 +178,14 @@ class JointFusion:
     def _skew_limit_ns(self) -> float:
         first, second = self._period_ns
         return min(self._max_skew_ns, 0.5 * min(first, second)) if first and second else self._max_skew_ns
+
+    def _both_next(self, limit: float) -> bool:
+        """Whether both sides' oldest samples follow the last pair, which was a close one, with none lost between."""
+        heads = [queue[0].stamp_ns for queue in self._queues]
+        last, period = self._last.transmission_stamp_ns, min(self._period_ns)
+        if abs(heads[0] - heads[1]) > min(self._max_skew_ns, period) or abs(last[0] - last[1]) > limit:
+            return False
+        return all(0 < head - before < NEXT * period for head, before in zip(heads, last, strict=True))
 
     def _emit(self, first: Side, second: Side, now_ns: int) -> JointEstimate:
         self._pairs += 1

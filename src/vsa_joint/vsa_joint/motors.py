@@ -24,19 +24,19 @@ class MotorMap:
 
     def fit(self, motors: Pair, force: float, angle: float, springs: Springs) -> None:
         """Take `motors` [rad] for those that hold an unloaded joint at `angle` [rad] by `force` [N]."""
-        travels = self._travels(force, angle, springs, 0.0)
-        first, second = (
-            self._config.motor_pulley_radius * motor - travel for motor, travel in zip(motors, travels, strict=True)
-        )
-        self._zero = (first, second)
+        radius, self._zero = self._config.motor_pulley_radius, (0.0, 0.0)
+        first, second = self.positions(force, angle, springs)
+        self._zero = radius * (motors[0] - first), radius * (motors[1] - second)
 
-    def positions(self, force: float, angle: float, springs: Springs, rate: float = 0.0) -> Pair:
-        """Positions that hold an unloaded joint at `angle` [rad] by `force` [N] of the springs.
+    def positions(self, force: float, angle: float, springs: Springs) -> Pair:
+        """Positions that hold an unloaded joint at `angle` [rad] by `force` [N] of transmission_1's spring."""
+        forces = force, partner_force(force, 0.0, self._joint)
+        return self.following((springs[0].deflection(forces[0]), springs[1].deflection(forces[1])), forces, angle)
 
-        `force` is that of transmission_1, `rate` its growth [N/s].
-        """
+    def following(self, deflections: Pair, forces: Pair, angle: float) -> Pair:
+        """Positions for both rods at `deflections` [m] under `forces` [N] and the joint at `angle` [rad]."""
         radius = self._config.motor_pulley_radius
-        travels = self._travels(force, angle, springs, rate)
+        travels = self._travels(deflections, forces, angle)
         return (travels[0] + self._zero[0]) / radius, (travels[1] + self._zero[1]) / radius
 
     def clipped(self, motors: Pair) -> Pair:
@@ -63,19 +63,11 @@ class MotorMap:
         least, most = (stiffness_at(force, torque, springs, self._joint) for force in (low, high))
         return Range(least, most, low, high)
 
-    def _travels(self, force: float, angle: float, springs: Springs, rate: float) -> Pair:
-        """Tendon travels [m]. The dampers resist a motion unequally: the springs make up for it, the stiffer one more,
-        or the joint would swing aside."""
+    def _travels(self, deflections: Pair, forces: Pair, angle: float) -> Pair:
         first, second = self._joint.routes
-        sigma_1, sigma_2 = (spring.stiffness(force) for spring in springs)
-        damper_1, damper_2 = springs[0].damper(rate / sigma_1), springs[1].damper(rate / sigma_2)
-        total_1 = force + damper_1 + sigma_1 / (sigma_1 + sigma_2) * (damper_2 - damper_1)
-        total_2 = partner_force(total_1, 0.0, self._joint)
         return (
-            tendon_travel(total_1, springs[0].deflection(total_1 - damper_1), first.tendon_stiffness)
-            + first.radius * angle,
-            tendon_travel(total_2, springs[1].deflection(total_2 - damper_2), second.tendon_stiffness)
-            - second.radius * angle,
+            tendon_travel(forces[0], deflections[0], first.tendon_stiffness) + first.radius * angle,
+            tendon_travel(forces[1], deflections[1], second.tendon_stiffness) - second.radius * angle,
         )
 
 
