@@ -96,62 +96,71 @@ class _Bank:
 
     def refine(self, last: bool) -> None:
         """Regress for every member, weigh them, then zoom in and refresh v*, slopes and row variances."""
-        prior, rows, dx = self._prior, self._problem.rows, self._problem.dx
-        v, a, n = rows.velocity, rows.acceleration, rows.velocity.size
-        c = np.clip(v, -self._speed, self._speed)
         k2 = np.exp(self._ln_k2)
-        growth = np.exp(np.clip(k2[:, None] * dx, -30.0, 12.0))
-        linear = np.column_stack([c, c**3, a, np.ones(n), self._problem.friction])
-        noise = self._regressor_noise(growth, k2, c)
-        columns = np.column_stack([growth.T, linear, rows.force, *noise])
+        growth = np.exp(np.clip(k2[:, None] * self._problem.dx, -30.0, 12.0))
+        design, pretended, target = self._whitened(growth, k2)
+        chi2, chi2_of_truth = self._solve(design, pretended, target)
+        self._inflation = INFLATION * max(1.0, float(chi2.min()) / max(target.size - 6, 1))
+        best, mean, std = self._weigh(chi2, chi2_of_truth)
+        self._used = self._ln_k2
+        self.ln_k2_std = std
+        self._refresh(best, growth[best])
+        if not last:
+            step = self._ln_k2[1] - self._ln_k2[0]
+            width = min(3.0 * std + 0.3 * step, SPAN)
+            self._ln_k2 = mean + width * np.linspace(-1.0, 1.0, MEMBERS)
+
+    def _whitened(self, growth: Array, k2: Array) -> tuple[Array, Array, Array]:
+        """Design (MEMBERS, n, 6), what noise of its own pretends to know (MEMBERS, 6, 6), and the force (n,)."""
+        rows, v = self._problem.rows, self._problem.rows.velocity
+        c = np.clip(v, -self._speed, self._speed)
+        linear = np.column_stack([c, c**3, rows.acceleration, np.ones(v.size), self._problem.friction])
+        columns = np.column_stack([growth.T, linear, rows.force, *self._regressor_noise(growth, k2, c)])
         whiten(self._covariance, columns)
-        target = columns[:, MEMBERS + 5]
-        design = self._designs(columns[:, : MEMBERS + 5])
         pretended = np.zeros((MEMBERS, 6, 6))
         for draw in range(DRAWS):
             first = MEMBERS + 6 + draw * (MEMBERS + 5)
             faked = self._designs(columns[:, first : first + MEMBERS + 5])
             pretended += faked.transpose(0, 2, 1) @ faked / DRAWS
+        return self._designs(columns[:, : MEMBERS + 5]), pretended, columns[:, MEMBERS + 5]
+
+    def _solve(self, design: Array, pretended: Array, target: Array) -> tuple[Array, Array]:
+        """Corrected least squares with the prior; chi2 of each member, and what it would be without pretence."""
+        prior = self._prior.mean / self._prior.std
         measured = design.transpose(0, 2, 1) @ design
         values, vectors = np.linalg.eigh(measured - pretended)
         told = np.einsum("bij,bik,bkj->bj", vectors, measured, vectors)
-        kept = values > (1.0 - PRETENCE) * told
-        basis = vectors * kept[:, None, :]
-        right = design.transpose(0, 2, 1) @ target
-        right = np.einsum("bij,bkj,bk->bi", basis, basis, right) + prior.mean / prior.std
-        self._normal = (basis * np.maximum(values, 0.0)[:, None, :]) @ basis.transpose(0, 2, 1) + np.eye(6)
+        basis = vectors * (values > (1.0 - PRETENCE) * told)[:, None, :]
         projector = basis @ basis.transpose(0, 2, 1)
+        right = np.einsum("bij,bj->bi", projector, design.transpose(0, 2, 1) @ target) + prior
+        self._normal = (basis * np.maximum(values, 0.0)[:, None, :]) @ basis.transpose(0, 2, 1) + np.eye(6)
         self._spread = projector @ measured @ projector + np.eye(6)
         scaled = np.linalg.solve(self._normal, right[:, :, None])[:, :, 0]
+        self._members = scaled * self._prior.std
         residual = target - np.einsum("bij,bj->bi", design, scaled)
-        squares = (residual**2).sum(1)
-        from_prior = ((scaled - prior.mean / prior.std) ** 2).sum(1)
-        faked_fit = np.einsum("bi,bij,bj->b", scaled, pretended, scaled)
-        chi2 = squares + from_prior
-        chi2_of_truth = chi2 - faked_fit + faked_fit[int(np.argmin(chi2))]
-        self._members = scaled * prior.std
-        self._inflation = INFLATION * max(1.0, float(chi2.min()) / max(n - 6, 1))
-        distance = (self._ln_k2 - prior.ln_k2) / prior.ln_k2_std
-        cost = chi2_of_truth / self._inflation + distance**2 + np.where(self._members[:, 0] > 0.0, 0.0, 1e6)
+        chi2 = (residual**2).sum(1) + ((scaled - prior) ** 2).sum(1)
+        faked = np.einsum("bi,bij,bj->b", scaled, pretended, scaled)
+        return chi2, chi2 - faked + faked[int(np.argmin(chi2))]
+
+    def _weigh(self, chi2: Array, chi2_of_truth: Array) -> tuple[int, float, float]:
+        """The best member, mean and standard deviation of ln k2."""
+        distance = ((self._ln_k2 - self._prior.ln_k2) / self._prior.ln_k2_std) ** 2
+        cost = chi2_of_truth / self._inflation + distance + np.where(self._members[:, 0] > 0.0, 0.0, 1e6)
         best = int(np.argmin(cost))
         self._weights = np.exp(-0.5 * (cost - cost[best]))
         self._weights /= self._weights.sum()
-        mean, std = self._moments(cost, best)
-        self.cost = float(chi2[best] + distance[best] ** 2)
-        self._used = self._ln_k2
-        self.ln_k2_std = std
+        self.cost = float(chi2[best] + distance[best])
+        return best, *self._moments(cost, best)
 
+    def _refresh(self, best: int, growth: Array) -> None:
+        """v* and the rows' covariance by the best member, whose spring grows by `growth` at each row."""
         k1, d1, d2, mass = self._members[best, :4]
-        sigma = k1 * np.exp(self._ln_k2[best]) * growth[best] if k1 > 0.0 else np.full(n, 1e4)
+        sigma = k1 * np.exp(self._ln_k2[best]) * growth if k1 > 0.0 else np.full(growth.size, 1e4)
         self._speed = _maximum_speed(max(d1, 300.0), d2)
         # Noise of the speed counts by the damping at its most, or a fit too sure of a soft damper would believe itself.
         d1_std = float(np.sqrt(self._covariances()[best, 1, 1]))
-        damping = np.full(n, min(max(d1 + 2.0 * d1_std, 300.0), 2e4))
+        damping = np.full(growth.size, min(max(d1 + 2.0 * d1_std, 300.0), 2e4))
         self._covariance = self._problem.covariance(sigma, damping, max(mass, 0.0))
-        if not last:
-            step = self._ln_k2[1] - self._ln_k2[0]
-            width = min(3.0 * std + 0.3 * step, SPAN)
-            self._ln_k2 = mean + width * np.linspace(-1.0, 1.0, MEMBERS)
 
     def _designs(self, columns: Array) -> Array:
         """Design of each member, in units of the prior's standard deviations, from a growth each and what all share."""
