@@ -7,8 +7,10 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from favour import RIG, favoured, with_weight
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -16,6 +18,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 from vsa_bringup.demo import PARTS
 from vsa_bringup.isolation import claim_corner
+from vsa_bringup.processes import renice
 from vsa_bringup.settings import base_parameters, write_parameters
 from vsa_bringup.stage import Stage
 from vsa_common import bags
@@ -24,18 +27,16 @@ from vsa_common.stamps import nanoseconds
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
 
-pytestmark = pytest.mark.rehearsal
 RATE = 250
 VALID, STALE = TransmissionImpedance.VALID, TransmissionImpedance.STALE
-BUSY = 0.15  # what a busy machine may add to a time limit [s]
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class Lab:
     """The suite on stage, and ears."""
 
-    def __init__(self, stage, parameters):
-        self.stage, self.parameters = stage, parameters
+    def __init__(self, stage, parameters, parts):
+        self.stage, self.parameters, self.parts = stage, parameters, parts
         self.joints, self.sides, self.states = [], {1: [], 2: []}, {1: [], 2: []}
         self.said: dict[str, list] = {}
         listen = stage.node.create_subscription
@@ -59,7 +60,8 @@ class Lab:
 
     def command(self):
         if self.commanding:
-            self.commands.publish(JointState(name=["motor_1", "motor_2"], position=[0.5, 0.5]))
+            sway = 0.1 * np.sin(2.0 * np.pi * np.array([0.3, 0.4]) * time.monotonic())
+            self.commands.publish(JointState(name=["motor_1", "motor_2"], position=(0.5 + sway).tolist()))
 
     def until(self, true, seconds=30.0):
         end = time.monotonic() + seconds
@@ -76,8 +78,9 @@ class Lab:
         return future.result()
 
     def fail(self, words):
-        """Inject a failure; the instant after which it can have begun."""
+        """Inject a failure; the instant after which it can have begun, on both clocks [s]."""
         begin = time.monotonic()
+        self.injected = time.time()
         assert self.call(InjectFailure, "rig_simulator/failure", failure=words).success
         return begin
 
@@ -99,8 +102,8 @@ class Lab:
         return all(m[-1][1].damping_valid for m in self.sides.values())
 
     def restart(self, name):
-        part = next(part for part in PARTS if part.name == name)
-        self.stage.group.start(name, [*part.command(self.parameters), "-p", "autostart:=true"])
+        part = next(part for part in self.parts if part.name == name)
+        self.stage.group.start(name, [*part.command(self.parameters), "-p", "autostart:=true"], part.nice)
 
     def kill(self, name):
         """kill -9, and wait until it is gone; the instant before."""
@@ -116,6 +119,19 @@ def first(heard, true, since):
     return next((at for at, message in heard if at >= since and true(message)), None)
 
 
+def is_stale(message):
+    return message.status == STALE
+
+
+def is_invalid(message):
+    return not message.stiffness_valid
+
+
+def stamp(message):
+    """Instant that a message speaks of [s]."""
+    return nanoseconds(message.header.stamp) * 1e-9
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("faults")
@@ -126,18 +142,19 @@ def lab(folder):
     corner = claim_corner()
     bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={corner.bus_port}"]}
     run = {
-        "rig_simulator": {"rate_hz": RATE, "autostart_clock": False, "bus": bus},
+        "rig_simulator": {"rate_hz": RATE, "autostart_clock": False, "bus": bus, **RIG},
         "driver": {"autostart": False, "bus": bus},
         "recorder": {"out": str(folder / "bag"), "flush_period": 0.2},
     }
     parameters = folder / "parameters.yaml"
     write_parameters(parameters, base_parameters(), run)
-    with Stage(corner.environment(), folder / "logs") as stage:
-        stage.start(PARTS, parameters)
+    with favoured() as nice, Stage(corner.environment(), folder / "logs") as stage:
+        parts = with_weight(PARTS, nice)
+        stage.start(parts, parameters)
         stage.wait_until_active(*(part.name for part in PARTS if part.name != "driver"))
         stage.activate("driver")
         stage.wait_until_connected()
-        lab = Lab(stage, parameters)
+        lab = Lab(stage, parameters, parts)
         stage.request("rig_simulator/start")
         lab.until(lambda: lab.well() and lab.learned(), 90.0)
         yield lab
@@ -148,7 +165,7 @@ def healthy(lab):
     """The suite, valid all over, with its ears empty."""
     assert not lab.broken, "did not recover from an earlier test"
     lab.commanding, lab.broken = False, True
-    lab.until(lab.well, 60.0)
+    lab.until(lambda: lab.well() and lab.learned(), 60.0)
     lab.broken = False
     for heard in (lab.joints, *lab.sides.values(), *lab.states.values()):
         heard.clear()
@@ -158,12 +175,14 @@ def healthy(lab):
 def test_one_sensor_that_stops_is_stale_then_invalid_and_resumes_by_itself(healthy):
     begin = healthy.fail("can_signal off -i 1 -t 0.8")
     side = healthy.sides[1]
-    healthy.until(lambda: first(side, lambda m: m.status == STALE, begin))
-    healthy.until(lambda: first(side, lambda m: not m.stiffness_valid, begin))
-    healthy.until(lambda: first(healthy.joints, lambda m: not m.stiffness_valid, begin))
-    silent_from = nanoseconds(next(m for _, m in side if m.status == STALE).header.stamp)
-    invalid = nanoseconds(next(m for _, m in side if not m.stiffness_valid).header.stamp)
-    assert invalid - silent_from < (0.06 + BUSY) * 1e9
+    healthy.until(lambda: first(side, is_stale, begin))
+    healthy.until(lambda: first(side, is_invalid, begin))
+    healthy.until(lambda: first(healthy.joints, is_invalid, begin))
+    stale, invalid = (next(i for i, (_, m) in enumerate(side) if true(m)) for true in (is_stale, is_invalid))
+    last = stamp(side[stale - 1][1])
+    assert stamp(side[stale][1]) - last < 0.0501  # longer than five periods
+    assert stamp(side[invalid][1]) - last < 0.1001
+    assert first(healthy.joints, is_invalid, begin) - begin < 0.1 + 2.0 / RATE
     assert all(m.status == VALID for _, m in healthy.sides[2])
     variances = [m.stiffness_variance for _, m in side if m.status == STALE]
     assert variances[-1] > variances[0]
@@ -175,8 +194,8 @@ def test_one_sensor_that_stops_is_stale_then_invalid_and_resumes_by_itself(healt
 def test_a_node_that_is_killed_and_started_again_is_back_to_valid_and_the_others_live(healthy, name):
     begin = healthy.kill(name)
     if name != "joint":
-        healthy.until(lambda: first(healthy.joints, lambda m: not m.stiffness_valid, begin))
-        assert first(healthy.joints, lambda m: not m.stiffness_valid, begin) - begin < 0.1 + BUSY
+        healthy.until(lambda: first(healthy.joints, is_invalid, begin))
+        assert first(healthy.joints, is_invalid, begin) - begin < 0.1
     assert all(m.status == VALID for _, m in healthy.sides[1])
     healthy.restart(name)
     healthy.until(healthy.well, 90.0)
@@ -194,7 +213,7 @@ def test_a_node_that_is_killed_and_started_again_is_back_to_valid_and_the_others
 def test_a_lying_sensor_is_named_and_the_estimate_recovers(healthy, failure, side, words):
     begin = healthy.fail(failure)
     healthy.until(lambda: any(words in m.reason for _, m in healthy.states[side]))
-    assert first(healthy.states[side], lambda m: words in m.reason, begin) - begin < 1.0 + BUSY
+    assert next(stamp(m) for _, m in healthy.states[side] if words in m.reason) - healthy.injected < 1.0
     assert all(not m.stiffness_valid or m.status != VALID for _, m in healthy.sides[side][-1:])
     healthy.until(healthy.well)
 
@@ -203,6 +222,7 @@ def test_a_lying_sensor_is_named_and_the_estimate_recovers(healthy, failure, sid
     ("failure", "words"),
     [
         ("force spike -i 1", "force_rejected"),
+        ("encoder spike -i 2", "deflection_rejected"),
         ("can_signal duplicate -t 0.3", "duplicates"),
         ("can_signal intermittent -t 0.3", "lost"),
         ("can_signal garbage -i 2 -t 0.3", "wrong_length"),
@@ -212,6 +232,8 @@ def test_a_lying_sensor_is_named_and_the_estimate_recovers(healthy, failure, sid
 def test_what_is_wrong_for_a_moment_is_counted_and_told_while_the_estimate_stays_valid(healthy, failure, words):
     begin = healthy.fail(failure)
     healthy.until(lambda: any(healthy.told(node, words, begin) for node in ("driver", "estimator_1", "estimator_2")))
+    garbage = "garbage" in failure  # then there is nothing to estimate from for as long
+    assert garbage or all(m.stiffness_valid for _, m in healthy.joints)
     healthy.until(healthy.well)
 
 
@@ -256,13 +278,16 @@ def test_a_starved_estimator_takes_the_newest_again_and_counts_what_it_missed(he
     finally:
         process.signal(signal.SIGCONT)
     woken = time.monotonic()
-    healthy.until(lambda: time.time_ns() - nanoseconds(healthy.sides[1][-1][1].header.stamp) < 2e8 and healthy.well())
+    side = healthy.sides[1]
+    healthy.until(lambda: side and time.time() - stamp(side[-1][1]) < 0.2 and healthy.well())
     assert time.monotonic() - woken < 5.0
     healthy.until(lambda: healthy.told("estimator_1", "resets", woken))
 
 
 def test_one_busy_core_costs_no_validity(healthy):
-    hog = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    nice = healthy.parts[-1].nice
+    busy = [sys.executable, "-c", "while True: pass"]
+    hog = subprocess.Popen(busy, start_new_session=True, preexec_fn=lambda: renice(nice))
     try:
         begin = time.monotonic()
         healthy.until(lambda: time.monotonic() - begin > 2.0)
@@ -280,8 +305,10 @@ def test_a_full_disk_ends_the_recording_readable_and_touches_nobody_else(healthy
     begin = time.monotonic()
     resource.prlimit(recorder, resource.RLIMIT_FSIZE, (size + 100_000, resource.RLIM_INFINITY))
     healthy.until(lambda: healthy.told("recorder", "readable", begin))
+    told = time.time()
+    healthy.until(lambda: stamp(healthy.joints[-1][1]) > told + 0.5)
+    assert all(m.stiffness_valid for _, m in healthy.joints)
     assert sum(1 for _ in bags.read(folder / "bag", ["/vsa/joint_impedance"])) > RATE
-    assert healthy.well()
 
 
 def test_a_killed_driver_makes_the_joint_invalid_in_time_and_all_recovers_without_a_restart_of_others(healthy):
@@ -290,8 +317,8 @@ def test_a_killed_driver_makes_the_joint_invalid_in_time_and_all_recovers_withou
     healthy.commanding = True
     healthy.until(lambda: int(healthy.value("rig_simulator", "commands")) > 0)
     begin = healthy.kill("driver")
-    healthy.until(lambda: first(healthy.joints, lambda m: not m.stiffness_valid, begin))
-    assert first(healthy.joints, lambda m: not m.stiffness_valid, begin) - begin < 0.1 + BUSY
+    healthy.until(lambda: first(healthy.joints, is_invalid, begin))
+    assert first(healthy.joints, is_invalid, begin) - begin < 0.1
     later = time.monotonic() + 0.3
     healthy.until(lambda: first(healthy.joints, lambda m: m.status == STALE, later))  # status goes on
     healthy.until(lambda: healthy.value("rig_simulator", "motors") == "holding")  # the device's watchdog
@@ -307,7 +334,7 @@ def test_bus_off_is_seen_reopened_in_the_same_process_and_commands_are_held_unti
     healthy.commanding = True
     begin = healthy.fail("can_signal bus_off -t 0.6")
     healthy.until(lambda: healthy.told("driver", "bus-off", begin))
-    assert next(at for at, s in healthy.said["driver"] if at >= begin and "bus-off" in s.message) - begin < 1.0 + BUSY
+    assert next(at for at, s in healthy.said["driver"] if at >= begin and "bus-off" in s.message) - begin < 1.0
     healthy.until(healthy.well)
     healthy.until(lambda: healthy.value("driver", "bus_reopened") != "0")
     assert healthy.value("driver", "motors") == "disarmed"

@@ -99,7 +99,6 @@ def test_a_slow_network_delays_estimates_and_does_no_more(run):
     assert np.median(run.received[slow] - run.stamped[slow]) > 0.03
 
 
-@pytest.mark.rehearsal
 def test_a_lossy_network_is_repaired(run):
     lossy = run.during("lossy", late=0.5)
     assert run.dropped > 10

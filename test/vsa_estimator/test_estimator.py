@@ -110,6 +110,14 @@ def test_a_rezeroed_encoder_is_rejected_then_relocated_with_stiffness_k2_and_d2_
     assert estimate.deflection == pytest.approx(rest[-1][2] - 3e-3, abs=5e-5)
 
 
+def test_an_encoder_that_jumps_before_anything_is_learnt_is_named_all_the_same():
+    recording = record(TRANSMISSION_1, SLOW, 1.0)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    for index, (stamp_ns, force, deflection) in enumerate(rows(recording)):
+        estimator.add(stamp_ns, force, deflection - (3e-3 if index > 50 else 0.0))
+    assert "encoder jumped by -3.0" in estimator.state().reason
+
+
 def test_a_slow_stream_whose_encoder_jumps_goes_on():
     recording = record(TRANSMISSION_1, SLOW, 60.0, rate=5)
     estimator = Estimator(wrong_start(TRANSMISSION_1))

@@ -5,10 +5,14 @@ beside. A parameter file that names several joints (`/left/driver`, `/right/driv
 """
 
 import sys
-from collections.abc import Mapping
+import time
+from collections.abc import Mapping, Sequence
+from select import select
 from typing import Any
 
+from rclpy.executors import Executor
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from vsa_common.configuration import ConfigurationError
 from vsa_common.joints import joints
 from vsa_common.node import SuiteNode, run
@@ -18,8 +22,10 @@ from vsa_estimator.node import EstimatorNode, impedance_of
 from vsa_estimator.values import Estimate
 from vsa_joint.joint import JointNode, side_of
 
-TELL = 0.005  # how soon a state is told that is due [s]
-SWITCH_S = 1e-4  # of Python's threads: no longer than this a sample waits for a service or a timer
+LOOK_NS = 5_000_000  # how often one side's silence is looked for while the other speaks
+WAIT_S = 1e-3  # for a frame, before everything else gets its turn; its turn comes as often where frames never end
+FRAMES = 16  # taken at most from one bus, before the others and everything else
+SWITCH_S = 1e-4  # of Python's threads, where an interface needs one
 
 
 class DirectJoint(JointNode):
@@ -39,18 +45,12 @@ class DirectEstimator(EstimatorNode):
             raise ConfigurationError(f"{name}: transmission = {self.config.transmission!r}: must be {transmission}")
         self._side = side
         self._joint = joint
-        self._due: Estimate | None = None
-
-    def start(self) -> None:
-        super().start()
-        self._teller = self.create_timer(TELL, self._tell, clock=self.steady)
-
-    def stop(self) -> None:
-        self.destroy_timer(self._teller)
-        super().stop()
 
     def listen(self) -> list[Subscription]:
         return []
+
+    def watch(self) -> list[Timer]:
+        return []  # the driver, who hears of silence, tells
 
     def take(self, stamp_ns: int, force: float, deflection: float) -> None:
         with self.lock:
@@ -61,38 +61,69 @@ class DirectEstimator(EstimatorNode):
         self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_of(estimate)))
         super().on_estimate(estimate)
 
-    def on_state_due(self, estimate: Estimate) -> None:
-        self._due = estimate  # a big message: the next sample shall not wait for it
-
-    def _tell(self) -> None:
-        due, self._due = self._due, None
-        if due is not None:
-            self.tell_state(due)
-
 
 class DirectDriver(DriverNode):
-    """Hands each sample to the estimator of its transmission before it publishes it."""
+    """Hands each sample to the estimator of its transmission before it publishes it, and tells of silence.
+
+    All from the thread that reads the bus: what has come is taken before anything is called silent.
+    """
 
     estimators: Mapping[str, EstimatorNode]
+
+    def start(self) -> None:
+        self._looked_ns = 0
+        self.on_quiet = self._on_quiet
+        super().start()
 
     def on_sample(self, sample: Sample) -> None:
         self.estimators[sample.transmission].take(sample.stamp_ns, sample.force, sample.deflection)
         super().on_sample(sample)
+        if not 0 <= sample.stamp_ns - self._looked_ns < LOOK_NS:
+            self._looked_ns = sample.stamp_ns
+            for estimator in self.estimators.values():  # by the stamps: others may still be waiting to be read
+                estimator.coast(sample.stamp_ns - estimator.stamp_ns)
+
+    def _on_quiet(self, until_ns: int) -> None:
+        for estimator in self.estimators.values():
+            estimator.coast(until_ns - estimator.arrival_ns)
 
 
-def nodes(namespace: str) -> list[SuiteNode[Any]]:
-    """The nodes of one joint, in the order in which they start."""
+def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
+    """The nodes of one joint, in the order in which they start; with `polled` for `Turns` to read the bus."""
     driver, joint = DirectDriver(namespace=namespace), DirectJoint(namespace=namespace)
     sides = [int(name[-1]) - 1 for name in driver.config.transmissions]
     estimators = [DirectEstimator(namespace, side, joint) for side in sides]
     driver.estimators = {estimator.config.transmission: estimator for estimator in estimators}
+    driver.polled = polled
     return [joint, *estimators, driver]
+
+
+class Turns:
+    """Reads the buses, and lets timers and services have their turn in between: no thread waits for another."""
+
+    def __init__(self) -> None:
+        self._spun = 0.0
+
+    def __call__(self, executor: Executor, nodes: Sequence[SuiteNode[Any]]) -> None:
+        """One turn."""
+        drivers = (node for node in nodes if isinstance(node, DirectDriver) and node.active)
+        links = [driver.link for driver in drivers if driver.link.polled]
+        waited_for = {link.fileno(): link for link in links if link.fileno() >= 0}
+        ready = select(list(waited_for), [], [], WAIT_S)[0]
+        for link in links:
+            for _ in range(FRAMES):
+                if not link.step(0.0):
+                    break
+        now = time.monotonic()
+        if not ready or now - self._spun > WAIT_S:
+            self._spun = now
+            executor.spin_once(timeout_sec=0.0)
 
 
 def main() -> int:
     """Entry point."""
     sys.setswitchinterval(SWITCH_S)
-    return run(lambda: [node for joint in joints(sys.argv) for node in nodes(joint)])
+    return run(lambda: [node for joint in joints(sys.argv) for node in nodes(joint, polled=True)], turn=Turns())
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 READY_S = 60.0  # for all processes to be active, on a busy machine
 ANSWER_S = 5.0  # for a service to answer
+ASK_AGAIN_S = 2.0  # whether a node is active
 SETTLE_S = 0.5  # for the last readers and writers to find each other
 SILENCE_S = 0.5  # the driver tells ten times a second which samples it had
 
@@ -153,8 +154,14 @@ class Stage:
             self._states[name] = self.node.create_client(GetState, f"{name}/get_state")
         if not self._states[name].service_is_ready():
             return False
-        answer = self._call(self._states[name], GetState.Request(), name, READY_S)
-        return bool(answer.current_state.id == State.PRIMARY_STATE_ACTIVE)
+        future = self._states[name].call_async(GetState.Request())
+        end = time.monotonic() + ASK_AGAIN_S
+        while not future.done() and time.monotonic() < end:
+            self.spin(0.02)
+        if not future.done():  # an answer to one who has just appeared can get lost
+            self._states[name].remove_pending_request(future)
+            return False
+        return bool(future.result().current_state.id == State.PRIMARY_STATE_ACTIVE)
 
     def _call(self, client: Any, request: Any, name: str, limit: float = ANSWER_S) -> Any:
         future = client.call_async(request)

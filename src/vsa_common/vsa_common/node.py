@@ -235,8 +235,9 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """Tell at once what is new, and everything once a second."""
         with self.lock:
             level, message, values = self.health()
-        if self.unheard and level == OK:
-            level, message = WARN, self._incompatible()
+        if self.unheard:
+            message = self._incompatible() if level == OK else f"{message}; {self._incompatible()}"
+            level = max(level, WARN)
         now, (told_level, told_words, told_at) = time.monotonic(), self._reported_last
         words = _NUMBERS.sub("", message)
         if (level, words) == (told_level, told_words) and now - told_at < REPORT - 0.5 * LOOK:
@@ -275,10 +276,11 @@ def run(
     create: Callable[[], SuiteNode[Any] | Sequence[SuiteNode[Any]]],
     args: list[str] | None = None,
     executor: Callable[[], Executor] = EventsExecutor,
+    turn: Callable[[Executor, Sequence[SuiteNode[Any]]], None] = lambda executor, _: executor.spin_once(timeout_sec=1.0),
 ) -> int:
     """Live as one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line where one cannot start.
 
-    Several start in their order and stop in the other one. The signals only end the loop: a node still has its
+    Several start in their order and stop in the other one. The signals only end the loop of turns: a node still has its
     topics while it stops.
     """
     nodes: Sequence[SuiteNode[Any]] = []
@@ -307,7 +309,7 @@ def run(
                 node.get_logger().warning(refusal)
         gc.freeze()  # what is there now stays; the collector need not walk through it again
         while not stopped:
-            spinner.spin_once(timeout_sec=1.0)
+            turn(spinner, nodes)
         return 0
     except (ConfigurationError, OSError, RCLError) as error:
         print(f"{speaker}{' '.join(str(error).split())}", file=sys.stderr)

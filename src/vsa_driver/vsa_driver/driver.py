@@ -3,6 +3,7 @@
 import gc
 import sys
 import time
+from collections.abc import Callable
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.timer import Timer
@@ -36,6 +37,8 @@ class DriverNode(SuiteNode[DriverSettings]):
 
     def __init__(self, name: str = "driver", namespace: str = "vsa") -> None:
         super().__init__(name, DriverSettings, namespace)
+        self.polled = False  # who reads the bus in steps, by `link`, sets it
+        self.on_quiet: Callable[[int], None] | None = None  # and who wants to know of silence there, this
 
     def start(self) -> None:
         config, motors = self.config, self.config.motors
@@ -50,9 +53,9 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._recent = Recent()
         self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
         self._rig = RigTopics(self, self._motors)
-        self._link = BusLink(config.bus, self._on_frame, self._on_down)
+        self.link = BusLink(config.bus, self._on_frame, self._on_down, on_quiet=self.on_quiet)
         try:
-            self._link.open()
+            self.link.open(self.polled)
         except BusError:
             self._destroy_publishers()
             raise
@@ -69,7 +72,7 @@ class DriverNode(SuiteNode[DriverSettings]):
 
     def stop(self) -> None:
         self._gate.disarm("stopped")
-        self._link.close()
+        self.link.close()
         self._flush()
         for timer in self._own_timers:
             self.destroy_timer(timer)
@@ -81,11 +84,11 @@ class DriverNode(SuiteNode[DriverSettings]):
     def health(self) -> Health:
         if not self.active:
             return super().health()
-        counts = self._router.counts() | {"malformed": self._link.malformed, "commands_refused": self._gate.refused}
+        counts = self._router.counts() | {"malformed": self.link.malformed, "commands_refused": self._gate.refused}
         values: dict[str, object] = {
-            "bus": self._link.reason or "up",
-            "bus_failures": self._link.failures,
-            "bus_reopened": self._link.reopened,
+            "bus": self.link.reason or "up",
+            "bus_failures": self.link.failures,
+            "bus_reopened": self.link.reopened,
             "motors": self._gate.state,
             "motors_reason": self._gate.reason,
             "motors_slowed": self._gate.slowed,
@@ -96,15 +99,15 @@ class DriverNode(SuiteNode[DriverSettings]):
             **counts,
         }
         self._slowest_ns = 0
-        failures = {"bus_failures": self._link.failures}
+        failures = {"bus_failures": self.link.failures}
         fine = (".samples", "foreign")  # frames of others on the bus are no trouble
         troubles = {name: count for name, count in (counts | failures).items() if not name.endswith(fine)}
         trouble = self._recent.rises(troubles, time.monotonic())
-        if not self._link.up:
-            return ERROR, f"bus down: {self._link.reason or 'nobody reads it'}", values
+        if not self.link.up:
+            return ERROR, f"bus down: {self.link.reason or 'nobody reads it'}", values
         silent = self._silent()
         if silent:
-            failed = f"{self._link.last_reason}, then " if "bus_failures" in trouble else ""
+            failed = f"{self.link.last_reason}, then " if "bus_failures" in trouble else ""
             besides = f"; {described(trouble)}" if trouble else ""
             return ERROR, f"{failed}no samples of {' and '.join(silent)}{besides}", values
         if trouble:
@@ -156,7 +159,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             return
         try:
             message = commands.source.message
-            self._link.send(message.id, commands.encode(positions), message.extended, message.fd)
+            self.link.send(message.id, commands.encode(positions), message.extended, message.fd)
         except (BusError, FrameError) as error:
             self._gate.disarm(str(error))
             self.get_logger().error(f"command not sent, motors disarmed: {error}", throttle_duration_sec=LOG_EVERY_S)
@@ -165,8 +168,8 @@ class DriverNode(SuiteNode[DriverSettings]):
         try:
             if not request.data:
                 self._gate.disarm("disarmed by the service")
-            elif self._router.commands is None or not self._link.up:
-                raise CommandRefused(self._link.reason or "no command signals are mapped")
+            elif self._router.commands is None or not self.link.up:
+                raise CommandRefused(self.link.reason or "no command signals are mapped")
             else:
                 self._gate.arm(time.monotonic())
             response.success, response.message = True, self._gate.state

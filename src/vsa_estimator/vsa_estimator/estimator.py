@@ -31,6 +31,7 @@ COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
 RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
+AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
 
 
@@ -148,6 +149,7 @@ class Estimator:
         self._stamp_ns = self._instant_ns = self._step_ns = self._epoch_ns = 0
         self._force = 0.0
         self._moved_ns = self._refreshed_ns = self._accepted_ns = 0
+        self._audit_ns = self._audit_pause = AUDIT_FIRST
 
     def _start(self, instant_ns: int, force: float, deflection: float) -> None:
         self._tracker.start(deflection, force, self._deflection_noise.std**2)
@@ -193,8 +195,7 @@ class Estimator:
         if block.stamp_ns - self._refreshed_ns >= REFRESH * 1e9 - 0.5 * self._blocks.period_ns:
             self._refreshed_ns = block.stamp_ns
             self._refresh(block)
-        if not tracker.knows:
-            self._learn(block)
+        self._learn(block)
         self._known = judge(tracker, self._force_noise.std)
 
     def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
@@ -223,9 +224,9 @@ class Estimator:
         self._force_noise.refresh()
         self._deflection_noise.refresh()
         self._jerk.refresh()
-        if self._tracker.knows:
+        if self._tracker.knows and (block.stamp_ns < self._audit_ns or self._trust.reason):
             return
-        if not self._has_fit and block.forces:
+        if not self._tracker.knows and not self._has_fit and block.forces:
             self._tracker.forget(block.force)
         period = max(1.0 / self.config.filter_rate, self._blocks.period_ns * 1e-9)
         per_block = 1.0 / math.sqrt(block.samples)
@@ -238,12 +239,21 @@ class Estimator:
         fit = self._learner.advance()
         if fit is None:
             return
+        tracker, sure = self._tracker, self._learner.sure(fit, self._force_noise.std / math.sqrt(block.samples))
+        if tracker.knows:
+            self._audit_pause = min(2 * self._audit_pause, AUDIT_MOST)
+            self._audit_ns = block.stamp_ns + self._audit_pause
+            if not sure or not tracker.contradicts(fit.mean, fit.covariance):
+                return
+            self._count_reset(Reset.INNOVATION)
         self._has_fit = True
         floor = np.array([1e-6, (1e-3 * fit.mean[1]) ** 2, 1.0, 1e10, 0.0, 0.0, 0.0])
-        self._tracker.learn(fit.mean, fit.covariance + np.diag(floor))
-        if self._learner.sure(fit, self._force_noise.std / math.sqrt(block.samples)):
-            self._tracker.knows = True
-            self._tracker.remember_stroke(*self._learner.range)
+        tracker.learn(fit.mean, fit.covariance + np.diag(floor))
+        if sure and not tracker.knows:
+            tracker.knows = True
+            tracker.remember_stroke(*self._learner.range)
+            self._audit_pause = AUDIT_FIRST
+            self._audit_ns = block.stamp_ns + AUDIT_FIRST
 
     def _resume(self, block: Block, silence: float, deflection_variance: float) -> None:
         """After a silence too long to predict across: a new place, the old coefficients."""
@@ -255,14 +265,14 @@ class Estimator:
 
     def _relocate(self, block: Block, deflection_variance: float) -> None:
         """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
-        tracker = self._tracker
+        tracker, jump = self._tracker, self._jump.size
+        words, jumped, told = f"encoder jumped by {1e3 * jump:+.2f} mm", True, False
         if tracker.knows:
-            jump, place = self._jump.size, float(tracker.z[0])
-            if self._jump.stayed(tracker.expected_force(place + jump) - tracker.expected_force(place)):
+            place = float(tracker.z[0])
+            jumped = self._jump.stayed(tracker.expected_force(place + jump) - tracker.expected_force(place))
+            if jumped:
                 self._trust.move(tracker, jump, self._jump.variance + deflection_variance)
-                told = self._trust.doubt(tracker, f"encoder jumped by {1e3 * jump:+.2f} mm")
-                if not told:  # too little was proven to doubt it now
-                    self._health.complain(f"encoder jumped by {1e3 * jump:+.2f} mm", block.stamp_ns)
+                told = self._trust.doubt(tracker, words)
         else:
             tracker.reference = block.deflection
             tracker.forget(block.force if block.forces else self._force)
@@ -271,6 +281,8 @@ class Estimator:
         self._learner.clear()
         self._interrupt(block, deflection_variance)
         self._count_reset(Reset.DEFLECTION)
+        if jumped and not told:  # by a doubt; too little is proven for one
+            self._health.complain(words, block.stamp_ns)
 
     def _interrupt(self, block: Block, deflection_variance: float) -> None:
         self._accepted_ns = block.stamp_ns

@@ -7,6 +7,7 @@ from typing import Any, cast
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import ROSClock
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
@@ -20,8 +21,12 @@ from vsa_estimator.settings import NodeConfig
 from vsa_estimator.values import Estimate, Reset, State, Status
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
-WATCH = 0.02  # how often silence is looked for [s]
-SILENT = 0.05  # the shortest silence that is spoken of [s]
+WATCH = 0.005  # how often silence is looked for [s]
+STARVED_NS = 20_000_000  # a watch that comes so late was starved; for as long it lets come first what has queued up
+IMPATIENT_NS = 200_000_000  # silence after which it no longer does
+STEP_NS = 10_000_000  # silence is predicted through in these steps: told late where it must be, but never left out
+FIRST_STEP = 5  # the shortest silence that is spoken of, in steps
+STEPS = 10  # at most, at a time
 
 
 def _fields(message: Any) -> list[str]:
@@ -38,6 +43,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def __init__(self, name: str = "estimator", namespace: str = "vsa", **defaults: Any) -> None:
         super().__init__(name, NodeConfig, namespace, **defaults)
+        self.stamp_ns = self.arrival_ns = 0  # of the last sample; arrival on the steady clock
 
     def start(self) -> None:
         config = self.config
@@ -51,7 +57,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._future_ns = int(config.future_tolerance * 1e9)
         self._state_period_ns = int(1e9 / config.state_rate)
         self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
-        self._stamp_ns = self._published_ns = self._state_ns = self._arrival_ns = self._watched_ns = 0
+        self.stamp_ns = self.arrival_ns = 0
+        self._published_ns = self._state_ns = self._watched_ns = self._patient_ns = 0
         self._stamp_seen_ns = -1
         self._recent = Recent()
         self._ros_clock = cast("ROSClock", self.get_clock())
@@ -59,7 +66,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
         self._inputs = self.listen()
         self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
-        self._watch = self.create_timer(WATCH, self._on_watch, clock=self.steady)
+        self._watches = self.watch()
 
     def listen(self) -> list[Subscription]:
         """Subscribe to both sensors; whoever calls `take` overrides this."""
@@ -70,8 +77,13 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             self.create_subscription(JointState, f"{name}/encoder", self._on_encoder, qos, raw=True),
         ]
 
+    def watch(self) -> list[Timer]:
+        """Look for silence now and then; whoever calls `coast` overrides this."""
+        return [self.create_timer(WATCH, self._on_watch, clock=self.steady)]
+
     def stop(self) -> None:
-        self.destroy_timer(self._watch)
+        for timer in self._watches:
+            self.destroy_timer(timer)
         self.destroy_service(self._reset)
         for subscription in self._inputs:
             self.destroy_subscription(subscription)
@@ -139,8 +151,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             estimate = self._estimator.add(stamp_ns, force, deflection)
             if estimate is None:
                 return
-            self._stamp_ns = stamp_ns
-            self._arrival_ns = time.monotonic_ns()
+            self.stamp_ns = stamp_ns
+            self.arrival_ns = time.monotonic_ns()
             if estimate.reset_count != self._reset_count and estimate.reset_reason is Reset.TIME_JUMP:
                 self._published_ns = self._state_ns = 0
             self._publish(estimate)
@@ -176,16 +188,26 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._states.publish(message)
 
     def _on_watch(self) -> None:
-        """Predict on while the sensors are silent. After a starved moment, what has queued up comes first."""
+        """After a starved moment, what has queued up comes first."""
         now_ns = time.monotonic_ns()
-        starved = now_ns - self._watched_ns > 2.0 * WATCH * 1e9
+        if now_ns - self._watched_ns > STARVED_NS:
+            self._patient_ns = now_ns + STARVED_NS
         self._watched_ns = now_ns
-        if starved or not self._arrival_ns:
+        silence_ns = now_ns - self.arrival_ns
+        if now_ns >= self._patient_ns or silence_ns > IMPATIENT_NS:
+            self.coast(silence_ns)
+
+    def coast(self, silence_ns: int) -> None:
+        """Predict on: the sensors have been silent for so long."""
+        if not self.arrival_ns or silence_ns < FIRST_STEP * STEP_NS:
             return
-        silence_ns = now_ns - self._arrival_ns
-        if silence_ns > SILENT * 1e9:
-            with self.lock:
-                estimate = self._estimator.coast(self._stamp_ns + self._silence(silence_ns))
+        with self.lock:
+            if not self.active:
+                return
+            first = max(FIRST_STEP, (self._published_ns - self.stamp_ns) // STEP_NS + 1)
+            last = min(self._silence(silence_ns) // STEP_NS, first + STEPS - 1)
+            for step in range(first, last + 1):
+                estimate = self._estimator.coast(self.stamp_ns + step * STEP_NS)
                 if estimate is not None:
                     self._publish(estimate)
 
@@ -193,7 +215,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         """Of the sensors' clock: a simulated one that stands still lets nothing grow old."""
         if not self._ros_clock.ros_time_is_active:
             return silence_ns
-        return min(silence_ns, self._ros_clock.now().nanoseconds - self._stamp_ns)
+        return min(silence_ns, self._ros_clock.now().nanoseconds - self.stamp_ns)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self.lock:
