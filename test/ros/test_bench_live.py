@@ -1,12 +1,13 @@
-"""`./vsa bench live`: what it counts is what there was."""
+"""`./vsa bench live` and `./vsa bench view`: what they count is what there was."""
 
 import json
 import subprocess
 
 import numpy as np
 import pytest
+from vsa_bringup import bench_view
 from vsa_bringup.live_bench.cast import Case
-from vsa_bringup.live_bench.performance import figures
+from vsa_bringup.live_bench.performance import figures, perform
 from vsa_bringup.live_bench.report import HEADER, row
 from vsa_bringup.live_bench.score import Heard, score
 from vsa_bringup.processes import executable
@@ -83,3 +84,24 @@ def test_every_sample_of_every_joint_arrives(runs):
     assert [run["samples_sent"] for run in runs] == [100, 200]
     assert all(run["samples_lost"] == 0 for run in runs)
     assert all(0.05 < run["latency_ms"]["p50"] <= run["latency_ms"]["p99"] <= run["latency_ms"]["max"] for run in runs)
+
+
+def test_the_page_s_server_is_measured_beside_the_nodes(tmp_path):
+    case = Case("composed", 50, 1, 2.0)
+    run = perform(case, tmp_path, bench_view.beside(case, tmp_path)[bench_view.ELSEWHERE])
+    assert set(run) == RUN
+    assert (run["samples_sent"], run["samples_lost"]) == (100, 0)
+    assert set(run["cpu_percent"]) == {"rig_simulator", "composed", "subscriber", "view"}
+    assert 0.0 < run["cpu_percent"]["view"] < 400.0
+
+
+def test_the_page_s_cost_is_told_apart_from_that_of_the_nodes():
+    def run(view, suite, p99, lost):
+        delays = {"p50": 0.5, "p99": p99, "p999": 3.0, "max": 4.0}
+        cpu = {"rig_simulator": 90.0, "subscriber": 80.0, "driver": 10.0, "joint": suite - 10.0} | view
+        return {"cpu_percent": cpu, "latency_ms": delays, "samples_sent": 100, "samples_lost": lost}
+
+    runs = [run({"view": 8.0}, 50.0, 1.0, 0), run({"view": 9.0}, 60.0, 2.0, 1), run({"view": 7.0}, 70.0, 9.0, 0)]
+    page = bench_view.ELSEWHERE
+    assert bench_view.row(page, runs) == [page, "8.0", "60", "300", "1", "0.50", "2.00", "3.00", "4.00"]
+    assert bench_view.row(bench_view.NONE, [run({}, 50.0, None, 100)])[1:6] == ["-", "50", "100", "100", "0.50"]

@@ -7,7 +7,7 @@ BENCHES = {
     "estimation": "the estimators and their peers on simulated recordings",
     "live": "the whole suite, running",
     "joint": "the joint's impedance against the simulated joint's response",
-    "view": "processor time of the live page's server",
+    "view": "what the live page costs: processor time, and delay of the nodes with and without it",
     "soak": "random frames, hours through the filter, the whole suite with its memory watched",
 }
 

@@ -1,113 +1,111 @@
-"""`./vsa bench view`: what the live page costs while a joint publishes at full rate, with a browser or without."""
+"""`./vsa bench view`: what the live page costs beside a running suite, and what it costs the nodes in delay."""
 
 import argparse
 import json
-import os
 import shutil
-import subprocess
 import sys
-import time
+import tempfile
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import rclpy
-from rclpy.serialization import serialize_message
-from sensor_msgs.msg import JointState
+import numpy as np
 from vsa_bringup.demo import free_port
-from vsa_bringup.isolation import claim_corner
-from vsa_bringup.processes import executable
-from vsa_common.stamps import set_stamp
-from vsa_common.terminal import show_table
-from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
+from vsa_bringup.isolation import IsolationError
+from vsa_bringup.live_bench.cast import COMPOSED, SEPARATE, Case
+from vsa_bringup.live_bench.performance import nobody, perform
+from vsa_bringup.live_bench.report import OUTSIDE
+from vsa_bringup.processes import ProcessError, executable
+from vsa_bringup.stage import Stage
+from vsa_common.terminal import progress, show_table
 
-BEFORE_S = 8.0  # start of server and browser, not counted
+BEFORE_S = 4.0  # for server and browser to come up, not measured
+SERVER = "view"
 BROWSER = "--headless --no-sandbox --disable-gpu --disable-background-networking --no-first-run --window-size=1400,1000"
-STATE_EVERY = 20  # samples
+NONE, ELSEWHERE, HERE = "no page", "page on another computer", "page in Chromium here"
+HEADER = ("", "server [%]", "suite [%]", "sent", "lost", "p50 [ms]", "p99", "p99.9", "max")
+NOTE = (
+    "Delay from the capture stamp of a sample's later CAN frame to its joint message in another process; processor "
+    "time in % of a core. The page on another computer is a reader that draws nothing; Chromium has no graphics card."
+)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Measure both; 1 with one line on stderr where there is no browser to measure with."""
+    """Run the command; 1 with one line on stderr where a process fails."""
     options = _parser().parse_args(args)
-    browser = shutil.which("chromium")
-    if browser is None:
-        print("bench view: needs chromium (Debian: apt install chromium)", file=sys.stderr)
-        return 1
-    os.environ.update(claim_corner().environment())
-    rclpy.init()
+    case = Case(options.mode, options.rate, 1, options.duration)
+    runs: list[dict[str, Any]] = []
     try:
-        figures = {
-            name: measure(options.rate, options.duration, path) for name, path in (("none", ""), ("chromium", browser))
-        }
-    finally:
-        rclpy.try_shutdown()
-    rows = [[name, f"{one['rate']:.0f}", f"{one['processor']:.1f}"] for name, one in figures.items()]
-    show_table("The live page's server", ["browser", "samples a second", "% of a core"], rows)
+        with tempfile.TemporaryDirectory() as scratch, progress(3 * options.repeat, "", count=True) as bar:
+            pages = beside(case, Path(scratch))
+            for i in range(options.repeat):
+                for page, besides in pages.items():
+                    bar.advance(0, page)
+                    run = perform(case, (options.logs or Path(scratch)) / f"{page.replace(' ', '_')}_{i}", besides)
+                    runs.append({"page": page, **run})
+                    bar.advance(1)
+    except (ProcessError, IsolationError, PermissionError) as error:
+        print(f"bench view: {error}", file=sys.stderr)
+        return 1
+    if HERE not in pages:
+        print("bench view: no chromium here, so without it (Debian: apt install chromium)", file=sys.stderr)
+    title = f"{case.mode} at {case.rate_hz} Hz, medians of {options.repeat} x {case.duration_s:g} s"
+    show_table(title, HEADER, [row(page, [run for run in runs if run["page"] == page]) for page in pages], NOTE)
     if options.json:
-        options.json.write_text(json.dumps(figures, indent=1) + "\n")
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps({"runs": runs}, indent=1) + "\n")
     return 0
 
 
-def measure(rate: int, duration: float, browser: str) -> dict[str, float]:
-    """Samples a second that were published, and processor time of the server [% of a core]."""
-    port = free_port(8080)
-    server = subprocess.Popen(
-        [executable("vsa_bringup", "view"), "--port", str(port)], stdout=subprocess.PIPE, text=True
-    )
-    assert server.stdout
-    server.stdout.readline()
-    started: list[subprocess.Popen[Any]] = [server]
+def row(page: str, runs: list[dict[str, Any]]) -> list[str]:
+    """One line of the table: what the runs with that page have in the middle, and all that they lost."""
+    server = [run["cpu_percent"].get(SERVER, np.nan) for run in runs]
+    suite = [
+        sum(percent for name, percent in run["cpu_percent"].items() if not name.endswith((*OUTSIDE, SERVER)))
+        for run in runs
+    ]
+    delays = [[run["latency_ms"][name] for run in runs] for name in runs[0]["latency_ms"]]
+    counts = [str(sum(run[name] for run in runs)) for name in ("samples_sent", "samples_lost")]
+    return [
+        page,
+        "-" if page == NONE else f"{np.median(server):.1f}",
+        f"{np.median(suite):.0f}",
+        *counts,
+        *("-" if None in values else f"{np.median(values):.2f}" for values in delays),
+    ]
+
+
+def beside(case: Case, scratch: Path) -> dict[str, Callable[[Stage], Sequence[str]]]:
+    """What runs beside the suite, by name, in the order in which they are measured."""
+    reader = [sys.executable, "-m", "vsa_bringup.view_server"]
+    pages: dict[str, Callable[[Stage], Sequence[str]]] = {NONE: nobody, ELSEWHERE: partial(_serve, case, reader)}
+    browser = shutil.which("chromium")
     if browser:
-        command = [browser, *BROWSER.split(), "--remote-debugging-port=0", f"http://127.0.0.1:{port}/"]
-        started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
-    node = rclpy.create_node("bench", namespace="vsa")
-    try:
-        joint = _Joint(node)
-        joint.publish(rate, BEFORE_S)
-        before, begin = _processor(server.pid), time.monotonic()
-        count = joint.publish(rate, duration)
-        took = time.monotonic() - begin
-        return {"rate": count / took, "processor": 100.0 * (_processor(server.pid) - before) / took}
-    finally:
-        node.destroy_node()
-        for process in reversed(started):
-            process.terminate()
-            process.wait()
+        command = [browser, *BROWSER.split(), "--remote-debugging-port=0", f"--user-data-dir={scratch / 'browser'}"]
+        pages[HERE] = partial(_serve, case, command)
+    return pages
 
 
-class _Joint:
-    """What the nodes of one joint publish, as fast as they do."""
-
-    def __init__(self, node: Any) -> None:
-        side = TransmissionImpedance(status=2, stiffness=2000.0, stiffness_valid=True)
-        fast = {f"transmission_{i}/impedance": side for i in (1, 2)}
-        fast |= {"joint_impedance": JointImpedance(status=2), "joint_states": JointState(position=[0.1])}
-        slow = {f"transmission_{i}/estimator_state": EstimatorState(status=2) for i in (1, 2)}
-        self._fast = [(node.create_publisher(type(one), name, 1000), one) for name, one in fast.items()]
-        self._slow = [(node.create_publisher(type(one), name, 100), one) for name, one in slow.items()]
-
-    def publish(self, rate: int, duration: float) -> int:
-        """So many samples a second for so long [s]; returns how many it were."""
-        begin, count = time.monotonic(), 0
-        while (now := time.monotonic() - begin) < duration:
-            for _ in range(int(now * rate) - count):
-                stamp_ns = time.time_ns()
-                for publisher, message in self._fast + (self._slow if count % STATE_EVERY == 0 else []):
-                    set_stamp(message.header.stamp, stamp_ns)
-                    publisher.publish(serialize_message(message))
-                count += 1
-            time.sleep(0.5 / rate)
-        return count
-
-
-def _processor(pid: int) -> float:
-    """User and system time of a process so far [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / float(os.sysconf("SC_CLK_TCK"))
+def _serve(case: Case, looker: list[str], stage: Stage) -> list[str]:
+    """Start the page's server and `looker` with the page's address."""
+    port = free_port(8080)
+    space = f"/{case.namespaces[0]}"
+    stage.group.start(SERVER, [executable("vsa_bringup", "view"), "--port", str(port), "--namespace", space])
+    stage.wait_until_open(port)
+    stage.group.start("looker", [*looker, f"http://127.0.0.1:{port}"])
+    stage.spin(BEFORE_S)
+    return [SERVER]
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bench view", description=__doc__)
     parser.add_argument("--rate", type=int, default=1000, metavar="HZ", help="samples a second (%(default)s)")
-    parser.add_argument("--duration", type=float, default=20.0, metavar="S", help="of each measurement (%(default)s s)")
+    parser.add_argument(
+        "--mode", choices=(SEPARATE, COMPOSED), default=COMPOSED, help="how the nodes live (%(default)s)"
+    )
+    parser.add_argument("--duration", type=float, default=15.0, metavar="S", help="of a run (%(default)g)")
+    parser.add_argument("--repeat", type=int, default=2, metavar="N", help="runs of each kind, in turns (%(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
+    parser.add_argument("--logs", type=Path, metavar="DIR", help="keep what the processes said there")
     return parser

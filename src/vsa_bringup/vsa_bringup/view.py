@@ -3,6 +3,7 @@
 import argparse
 import asyncio
 import contextlib
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from rclpy.utilities import remove_ros_args
 from vsa_bringup.view_node import Ears
 from vsa_bringup.view_server import Server, serve
 
+NICE = 10  # who looks on never holds up what is looked at
 POLL = 0.08  # seconds between two looks at what has arrived: about a frame
 
 
@@ -20,6 +22,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Serve until Ctrl-C; 1 with one line on stderr where the port cannot be had."""
     given = list(sys.argv if args is None else ["view", *args])
     options = _parser().parse_args(remove_ros_args(given)[1:])
+    os.nice(NICE)
     rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
     ears = Ears(options.namespace)
     try:

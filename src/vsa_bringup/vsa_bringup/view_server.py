@@ -2,12 +2,13 @@
 
 import asyncio
 import json
+import sys
 from collections.abc import Callable
 from importlib.resources import files
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from aiohttp import WSMsgType, web
+from aiohttp import ClientSession, WSMsgType, web
 from vsa_bringup.view_core import WIDTH_NS, Board
 from vsa_bringup.view_show import Show
 
@@ -113,3 +114,14 @@ async def serve(server: Server, host: str, port: int, work: Callable[[], Any], p
             await asyncio.sleep(period)
     finally:
         await runner.cleanup()
+
+
+async def look(address: str) -> None:
+    """Take all that a page at `address` (http://...) would get, and draw nothing: a page on another computer."""
+    async with ClientSession() as session, session.ws_connect(f"{address}/ws") as socket:
+        async for _ in socket:
+            pass
+
+
+if __name__ == "__main__":
+    asyncio.run(look(sys.argv[1]))

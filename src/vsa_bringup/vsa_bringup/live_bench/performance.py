@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,16 @@ WARM_UP = 0.2  # share of the run after which memory is looked at first
 DRAIN_S = 5.0  # that what is queued up may take at the end, besides half the run
 
 
-def perform(case: Case, folder: Path) -> dict[str, Any]:
-    """The figures of one run; logs and the parameter file stay in `folder`. Raises ProcessError."""
+def nobody(_: Stage) -> list[str]:
+    """Nothing runs besides."""
+    return []
+
+
+def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] = nobody) -> dict[str, Any]:
+    """The figures of one run; logs and the parameter file stay in `folder`. Raises ProcessError.
+
+    `besides` starts what else shall run and names the processes whose processor time is wanted.
+    """
     corner = claim_corner()
     folder.mkdir(parents=True, exist_ok=True)
     parameters = folder / "parameters.yaml"
@@ -31,7 +40,8 @@ def perform(case: Case, folder: Path) -> dict[str, Any]:
             nodes = ("rig_simulator", "driver", "estimator_1", "estimator_2", "joint")
             stage.wait_until_active(*(f"/{space}/{node}" for node in nodes))
         _until_connected(stage, observer)
-        pids = {part.name: stage.group[part.name].pid for part in [*simulated, *members]}
+        names = [part.name for part in [*simulated, *members]] + list(besides(stage))
+        pids = {name: stage.group[name].pid for name in names}
         watched = pids | {"subscriber": os.getpid()}
         for space in case.namespaces:
             stage.request(f"/{space}/rig_simulator/start")
