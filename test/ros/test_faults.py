@@ -211,7 +211,7 @@ def test_a_node_that_is_killed_and_started_again_is_back_to_valid_and_the_others
     ],
 )
 def test_a_lying_sensor_is_named_and_the_estimate_recovers(healthy, failure, side, words):
-    begin = healthy.fail(failure)
+    healthy.fail(failure)
     healthy.until(lambda: any(words in m.reason for _, m in healthy.states[side]))
     assert next(stamp(m) for _, m in healthy.states[side] if words in m.reason) - healthy.injected < 1.0
     assert all(not m.stiffness_valid or m.status != VALID for _, m in healthy.sides[side][-1:])

@@ -151,7 +151,6 @@ def test_zero_and_future_stamps_are_refused_and_counted(lab):
 
 def test_silence_is_stale_then_invalid_and_ends_by_itself(lab):
     lab.move(5)
-    before = lab.impedances[-1]
     lab.impedances.clear()
     lab.until(lambda: lab.impedances and lab.impedances[-1].status == TransmissionImpedance.STALE)
     lab.until(lambda: not lab.impedances[-1].stiffness_valid)

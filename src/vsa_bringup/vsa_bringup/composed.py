@@ -15,7 +15,8 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from vsa_common.configuration import ConfigurationError
 from vsa_common.joints import joints
-from vsa_common.node import SuiteNode, run
+from vsa_common.life import run
+from vsa_common.node import SuiteNode
 from vsa_driver.capture import Sample
 from vsa_driver.driver import DriverNode
 from vsa_estimator.node import EstimatorNode, impedance_of

@@ -12,7 +12,7 @@ from pathlib import Path
 from vsa_common.configuration import Parameter, parameters
 
 NODES = {
-    "every_node": "vsa_common.node.Common",
+    "every_node": "vsa_common.declared.Common",
     "driver": "vsa_driver.settings.DriverSettings",
     "estimator": "vsa_estimator.settings.NodeConfig",
     "joint": "vsa_joint.configuration.JointConfig",

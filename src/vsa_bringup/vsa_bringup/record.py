@@ -16,7 +16,8 @@ from vsa_bringup.spool import Spool
 from vsa_bringup.topics import suite_topics
 from vsa_common.bags import BagError, Recording
 from vsa_common.configuration import ConfigurationError, quantity, words
-from vsa_common.node import ERROR, OK, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.life import run
+from vsa_common.node import ERROR, OK, STEADY, WARN, Health, SuiteNode
 from vsa_common.terminal import Bar, progress
 
 LOOK_FOR_TOPICS_S = 0.5

@@ -1,46 +1,26 @@
 """What every node of the suite is: a lifecycle node with checked parameters, autostart and diagnostics.
 
-A node file adds its topics in `start`, drops its core in `stop`, and ends with `main = lambda: run(ItsNode)`.
+A node file adds its topics in `start`, drops its core in `stop`, and ends with `main = lambda: run(ItsNode)`, of
+`vsa_common.life`.
 """
 
-import gc
-import math
-import os
 import re
-import signal
-import sys
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.executors import Executor
-from rclpy.experimental import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
-from vsa_common.configuration import (
-    ConfigurationError,
-    Parameter,
-    build,
-    flag,
-    flatten,
-    group,
-    parameter_files,
-    parameters,
-    read_parameter_file,
-)
-from vsa_common.realtime import RealTime, ask_for
+from vsa_common.configuration import ConfigurationError, build, flatten, parameters
+from vsa_common.declared import COMMON, Common, descriptor, is_ours, ros_value
 
 Config = TypeVar("Config")
 Health = tuple[int, str, Mapping[str, object]]
@@ -55,18 +35,6 @@ BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 RCLError = rclpy_implementation.RCLError
 _NUMBERS = re.compile(r"[\d.]+")
-_OF_ROS = ("use_sim_time", "start_type_description_service")
-
-
-@dataclass(frozen=True)
-class Common:
-    """Parameters that every node has; read at its start."""
-
-    autostart: bool = flag(True, "configure and activate at start")
-    realtime: RealTime = group(RealTime)
-
-
-_COMMON = {parameter.name for parameter in parameters(Common)}
 
 
 class SuiteNode(LifecycleNode, Generic[Config]):
@@ -199,14 +167,14 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     def _declare(self) -> Config:
         overrides = cast("Mapping[str, RosParameter]", self.get_parameters_by_prefix(""))
-        given = {name: override.value for name, override in overrides.items() if _is_ours(name)}
-        self.common = build(Common, {name: value for name, value in given.items() if name in _COMMON})
-        own = {name: value for name, value in given.items() if name not in _COMMON}
+        given = {name: override.value for name, override in overrides.items() if is_ours(name)}
+        self.common = build(Common, {name: value for name, value in given.items() if name in COMMON})
+        own = {name: value for name, value in given.items() if name not in COMMON}
         config = build(self._config_class, {**self._defaults, **own})
         for one in (config, self.common):
             values = flatten(one)
             for parameter in parameters(type(one)):
-                self._describe(parameter.name, _ros_value(values[parameter.name]), _descriptor(parameter))
+                self._describe(parameter.name, ros_value(values[parameter.name]), descriptor(parameter))
         return config
 
     def _describe(self, name: str, value: Any, descriptor: ParameterDescriptor) -> None:
@@ -215,8 +183,8 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         self.declare_parameter(name, value, descriptor, ignore_override=True)
 
     def _on_parameters(self, changes: Sequence[RosParameter]) -> SetParametersResult:
-        ours = {change.name: change.value for change in changes if _is_ours(change.name)}
-        at_start = {name: ours.pop(name) for name in _COMMON.intersection(ours)}
+        ours = {change.name: change.value for change in changes if is_ours(change.name)}
+        at_start = {name: ours.pop(name) for name in COMMON.intersection(ours)}
         try:
             self.common = build(Common, {**flatten(self.common), **at_start})
             if not ours:
@@ -248,86 +216,3 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
-
-
-def _is_ours(name: str) -> bool:
-    return name not in _OF_ROS and not name.startswith("qos_overrides.")
-
-
-def _ros_value(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _descriptor(parameter: Parameter) -> ParameterDescriptor:
-    unit = f" [{parameter.unit}]" if parameter.unit else ""
-    descriptor = ParameterDescriptor(description=f"{parameter.text}{unit}", dynamic_typing=True)
-    if parameter.options:
-        descriptor.additional_constraints = "one of " + ", ".join(parameter.options)
-    if math.isfinite(parameter.low) and math.isfinite(parameter.high) and not isinstance(parameter.default, tuple):
-        if parameter.kind is float:
-            limits = FloatingPointRange(from_value=float(parameter.low), to_value=float(parameter.high))
-            descriptor.floating_point_range = [limits]
-        elif parameter.kind is int:
-            descriptor.integer_range = [IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high))]
-    return descriptor
-
-
-def run(
-    create: Callable[[], SuiteNode[Any] | Sequence[SuiteNode[Any]]],
-    args: list[str] | None = None,
-    executor: Callable[[], Executor] = EventsExecutor,
-    turn: Callable[[Executor, Sequence[SuiteNode[Any]]], None] = lambda executor, _: executor.spin_once(timeout_sec=1.0),
-) -> int:
-    """Live as one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line where one cannot start.
-
-    Several start in their order and stop in the other one. The signals only end the loop of turns: a node still has its
-    topics while it stops.
-    """
-    nodes: Sequence[SuiteNode[Any]] = []
-    stopped = False
-
-    def on_signal(*_: object) -> None:
-        nonlocal stopped
-        stopped = True
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, on_signal)
-    speaker = f"{Path(sys.argv[0]).name}: "
-    try:
-        check_parameter_files(sys.argv if args is None else args)
-        tune_middleware()
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        spinner = executor()
-        speaker = ""  # a node that cannot be names itself
-        created = create()
-        nodes = [created] if isinstance(created, SuiteNode) else created
-        for node in nodes:
-            speaker = f"{node.get_name()}: "
-            spinner.add_node(node)
-            node.autostart()
-            for refusal in ask_for(node.common.realtime):
-                node.get_logger().warning(refusal)
-        gc.freeze()  # what is there now stays; the collector need not walk through it again
-        while not stopped:
-            turn(spinner, nodes)
-        return 0
-    except (ConfigurationError, OSError, RCLError) as error:
-        print(f"{speaker}{' '.join(str(error).split())}", file=sys.stderr)
-        return 1
-    finally:
-        for node in reversed(nodes):
-            node.close()
-        for node in reversed(nodes):
-            node.destroy_node()
-        rclpy.try_shutdown()
-
-
-def tune_middleware() -> None:
-    """Let Fast DDS, where it is the middleware, publish at half the cost; before `rclpy.init`. Your own file wins."""
-    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parent / "fastdds.xml"))
-
-
-def check_parameter_files(arguments: Sequence[str]) -> None:
-    """Raise ConfigurationError for a `--params-file` that cannot be read; rcl would name a line of its parser."""
-    for path in parameter_files(arguments):
-        read_parameter_file(path)

@@ -10,7 +10,8 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.joints import joints
-from vsa_common.node import ERROR, OK, WARN, Health, SuiteNode, run
+from vsa_common.life import run
+from vsa_common.node import ERROR, OK, WARN, Health, SuiteNode
 from vsa_common.recent import Recent, described
 from vsa_driver.bus import BusError, Frame
 from vsa_driver.calibration import TareError

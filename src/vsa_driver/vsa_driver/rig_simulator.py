@@ -9,7 +9,8 @@ from pathlib import Path
 import yaml
 from std_srvs.srv import Trigger
 from vsa_common.configuration import ConfigurationError, flag, group, quantity, words
-from vsa_common.node import OK, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.life import run
+from vsa_common.node import OK, STEADY, WARN, Health, SuiteNode
 from vsa_driver.bus import BusConfig, open_bus
 from vsa_driver.frames import FrameError
 from vsa_driver.mapping import load_frames

@@ -12,7 +12,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from vsa_common.cdr import Writer, read_position, read_wrench
-from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
+from vsa_common.life import run
+from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
 from vsa_common.recent import Recent, described
 from vsa_common.stamps import set_stamp
 from vsa_estimator.formulations import create_estimator

@@ -11,7 +11,8 @@ from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from vsa_common.cdr import Reader, Writer
-from vsa_common.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode, run
+from vsa_common.life import run
+from vsa_common.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
 from vsa_common.stamps import NANOSECONDS
 from vsa_joint.configuration import CONSISTENT, JointConfig
 from vsa_joint.forces import unloaded_force

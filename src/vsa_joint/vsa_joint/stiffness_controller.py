@@ -7,7 +7,8 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from vsa_common.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode, run
+from vsa_common.life import run
+from vsa_common.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode
 from vsa_common.stamps import StampMessage, nanoseconds
 from vsa_joint.configuration import ControlConfig
 from vsa_joint.control import Target

@@ -5,7 +5,7 @@ import sys
 
 from rclpy.executors import SingleThreadedExecutor
 from vsa_common.joints import DEFAULT, joints
-from vsa_common.node import run
+from vsa_common.life import run
 
 CLASSES = {
     "driver": "vsa_driver.driver.DriverNode",
