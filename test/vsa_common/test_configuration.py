@@ -78,6 +78,7 @@ def test_a_parameter_file_is_found_by_every_key_that_ros_accepts(tmp_path, key):
     file = tmp_path / "rig.yaml"
     file.write_text(
         f"{key}:\n  ros__parameters:\n    noise: 0.5\n    spring: {{k2: 300.0}}\n"
+        "    autostart: false\n    realtime: {priority: 50}\n"
         "/**/other:\n  ros__parameters: {x: 1}\n"
     )
     config = load(file, "estimator_1", Example)

@@ -13,6 +13,7 @@ vsa_common.configuration.ConfigurationError: noise_std = -1.0 N: must be within 
 
 import difflib
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from itertools import pairwise
@@ -164,14 +165,17 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
     return flat
 
 
+_OF_A_PROCESS = re.compile(r"(autostart|use_sim_time)$|(realtime|qos_overrides)\.")
+
+
 def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
     """Configuration of `node` (its bare name, "estimator_1") from a ROS parameter file.
 
-    Raises ConfigurationError naming the file for one that cannot be read or is no parameter file.
+    What the file says of its process (`autostart`, `realtime.*`, ROS's own) is left out. Raises ConfigurationError naming the file for one that cannot be read or is no parameter file.
     """
     values = node_values(path, node)
     try:
-        return build(config_class, values)
+        return build(config_class, {name: value for name, value in values.items() if not _OF_A_PROCESS.match(name)})
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {node}: {error}") from error
 
