@@ -101,7 +101,7 @@ class Estimator:
         else:
             status, moving = estimate.status, estimate.velocity_valid
             stiffness_valid, damping_valid = estimate.stiffness_valid, estimate.damping_valid
-        z, p = tracker.z.tolist(), tracker.p
+        z, p = tracker.z.tolist(), tracker.covariance
         variance = np.diag(p).tolist()
         complaints = self._complaints(self._stamp_ns)
         lines = explain(tracker, known, stiffness_valid, damping_valid)

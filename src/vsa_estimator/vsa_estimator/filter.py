@@ -5,7 +5,16 @@ One source: compiled where numba is there, plain numpy where it is not.
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, force, impedance_gradients, ln_stiffness, maximum_speed
+from vsa_estimator.model import (
+    COULOMB_SPEED,
+    SIZE,
+    Array,
+    force,
+    friction_form,
+    impedance_gradients,
+    ln_stiffness,
+    maximum_speed,
+)
 
 SOFT_GATE = 16.0  # normalised innovation squared from which a measurement counts for less
 HARD_GATE = 100.0  # and from which it is rejected
@@ -43,6 +52,13 @@ def predict(z: Array, p: Array, dt: float, jerk_density: float) -> None:
     p[2, 2] += q * dt
     for i in range(3):
         p[i + 1 :, i] = p[i, i + 1 :]
+
+
+@compiled
+def carry(pull: Array, dt: float) -> None:
+    """Carry a systematic error of the state on by dt [s]."""
+    pull[0] += dt * pull[1] + 0.5 * dt * dt * pull[2]
+    pull[1] += dt * pull[2]
 
 
 @compiled
@@ -88,9 +104,12 @@ def bar(z: Array, p: Array, stroke: float, gain: Array) -> None:
 
 @compiled
 def correct_deflection(
-    z: Array, p: Array, measured: float, noise_variance: float, stroke: float, monitor: Array
+    z: Array, p: Array, measured: float, noise_variance: float, stroke: float, monitor: Array, pull: Array | None = None
 ) -> bool:
-    """Take one deflection [m] in; False where the gate rejects it. monitor: innovation and its variance."""
+    """Take one deflection [m] in; False where the gate rejects it. monitor: innovation and its variance.
+
+    pull is what the state would be off by, had the friction another form.
+    """
     ph = p[0].copy()
     variance = ph[0] + noise_variance
     innovation = measured - z[0]
@@ -103,22 +122,27 @@ def correct_deflection(
     gain = ph / variance
     bar(z, p, stroke, gain)
     correct(z, p, ph, gain, innovation, variance)
+    if pull is not None:
+        pull -= gain * pull[0]
     return True
 
 
 @compiled
 def correct_force(
     z: Array, p: Array, reference: float, measured: float, noise_variance: float, deflection_variance: float,
-    dt: float, stroke: float, monitor: Array,
+    dt: float, stroke: float, monitor: Array, pull: Array | None = None,
 ) -> bool:  # fmt: skip
     """Take one force [N] in; False where the gate rejects it. monitor: innovation, its variance, NIS.
+
+    pull is what the state would be off by, had the friction another form: no noise, it never averages out.
 
     Second order: the mean and the variance of the law's curvature under p go into innovation and noise. So does the
     encoder's noise through the stiffness: without it the stiffness drifts off by 0.1 % on a short stroke.
     """
     gradient = np.zeros(SIZE)
     hessian = np.zeros((SIZE, SIZE))
-    expected = force(z, reference, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1]), gradient, hessian)
+    blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1])
+    expected = force(z, reference, blur, gradient, hessian)
     curvature = hessian @ p
     mean = 0.0
     for i in range(SIZE):
@@ -146,6 +170,8 @@ def correct_force(
     bar(z, p, stroke, gain)
     if abs(z[2]) * np.sqrt(p[7, 7]) < 0.2 * np.sqrt(noise_variance):
         gain[7] = 0.0
+    if pull is not None:
+        pull -= gain * (gradient @ pull - friction_form(z, blur))
     correct(z, p, ph, gain, innovation, variance)
     z[4] = max(z[4], 20.0)
     z[5] = max(z[5], 50.0)
@@ -155,8 +181,8 @@ def correct_force(
 
 
 @compiled
-def report(z: Array, p: Array, reference: float, out: Array) -> None:
-    """Impedance and its covariance at state z into out (16).
+def report(z: Array, p: Array, pull: Array, reference: float, out: Array) -> None:
+    """Impedance and its covariance at state z into out (16); what `pull` does to it counts as one standard deviation.
 
     Order: x v a each with its variance; stiffness with the variance of its logarithm; damping and inertia with their
     variances; covariances stiffness-damping, stiffness-inertia, damping-inertia; v*.
@@ -176,12 +202,14 @@ def report(z: Array, p: Array, reference: float, out: Array) -> None:
     out[4] = z[2]
     out[5] = p[2, 2]
     out[6] = sigma
-    out[7] = ln_gradient @ p_ln
+    pulled_ln = ln_gradient @ pull
+    pulled_damping = damping_gradient @ pull
+    out[7] = ln_gradient @ p_ln + pulled_ln * pulled_ln
     out[8] = z[5] + 3.0 * z[6] * c * c
-    out[9] = damping_gradient @ p_damping
+    out[9] = damping_gradient @ p_damping + pulled_damping * pulled_damping
     out[10] = z[7]
     out[11] = p[7, 7]
-    out[12] = sigma * (damping_gradient @ p_ln)
+    out[12] = sigma * (damping_gradient @ p_ln + pulled_ln * pulled_damping)
     out[13] = sigma * p_ln[7]
     out[14] = p_damping[7]
     out[15] = w

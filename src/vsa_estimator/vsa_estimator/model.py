@@ -97,6 +97,13 @@ def force(z: Array, reference: float, coulomb_speed: float, gradient: Array, hes
 
 
 @compiled
+def friction_form(z: Array, coulomb_speed: float) -> float:
+    """How much more force [N] there is at state z, if the friction has no transition: the sign itself, not smoothed."""
+    v, coulomb = z[1], z[9]
+    return coulomb * (np.sign(v) - np.tanh(v / coulomb_speed))
+
+
+@compiled
 def impedance_gradients(z: Array, reference: float, stiffness: Array, damping: Array) -> None:
     """Gradients of ln sigma and of D = d1 + 3 d2 v^2, eq. (9), by the state, into the arrays given."""
     stiffness[:] = 0.0

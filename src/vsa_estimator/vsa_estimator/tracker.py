@@ -10,6 +10,7 @@ from vsa_estimator.filter import (
     REST_SPEED,
     STROKE_MEMORY,
     age,
+    carry,
     correct_deflection,
     correct_force,
     predict,
@@ -57,6 +58,7 @@ class Tracker:
         self._rate = rate
         self.z = np.zeros(SIZE)
         self.p = np.zeros((SIZE, SIZE))
+        self.pull = np.zeros(SIZE)  # systematic error by the friction's unknown form, one standard deviation
         self.reference = 0.0
         self.knows = False
         self.deflection_monitor = np.array([0.0, 1.0])
@@ -77,6 +79,11 @@ class Tracker:
     def speed(self) -> float:
         """Deflection rate [m/s]."""
         return float(self.z[Z.V])
+
+    @property
+    def covariance(self) -> Array:
+        """Of the state, with its systematic error."""
+        return np.asarray(self.p + np.outer(self.pull, self.pull))
 
     @property
     def undamped(self) -> bool:
@@ -110,6 +117,7 @@ class Tracker:
         self.z[:3] = deflection, 0.0, 0.0
         self.p[:3] = 0.0
         self.p[:, :3] = 0.0
+        self.pull[:3] = 0.0
         self.p[0, 0] = 4.0 * deflection_variance
         self.p[1, 1] = START_SPEED_STD**2
         self.p[2, 2] = START_ACCELERATION_STD**2
@@ -136,6 +144,7 @@ class Tracker:
         )  # fmt: skip
         self.p[range(3, SIZE), range(3, SIZE)] = variances
         self.p[3, 4] = self.p[4, 3] = -dx * k2_variance
+        self.pull[3:] = 0.0
         self.knows = False
         self.clear_watch()
 
@@ -158,11 +167,14 @@ class Tracker:
         """Carry on by dt [s]."""
         self._appraisal = None
         predict(self.z, self.p, dt, jerk_density)
+        carry(self.pull, dt)
 
     def correct_deflection(self, measured: float, variance: float) -> bool:
         """Take a deflection in; False where the gate rejects it."""
         self._appraisal = None
-        return bool(correct_deflection(self.z, self.p, measured, variance, self.stroke, self.deflection_monitor))
+        return bool(
+            correct_deflection(self.z, self.p, measured, variance, self.stroke, self.deflection_monitor, self.pull)
+        )
 
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
@@ -187,7 +199,7 @@ class Tracker:
         taken = bool(
             correct_force(
                 self.z, self.p, self.reference, measured, variance, deflection_variance, dt, self.stroke,
-                self.force_monitor,
+                self.force_monitor, self.pull,
             )
         )  # fmt: skip
         if abs(self.z[Z.V]) < FAST * math.sqrt(self.z[Z.D1] / max(-3.0 * self.z[Z.D2], 1e-6)):
@@ -219,7 +231,7 @@ class Tracker:
         if ahead > 0.0:
             z, p = z.copy(), p.copy()
             predict(z, p, ahead, jerk_density)
-        report(z, p, self.reference, out)
+        report(z, p, self.pull, self.reference, out)
         now = self.appraisal
         out[7] += (HIDDEN * now.inertial_spring / float(out[6])) ** 2 * now.mass_learned
         out[11] = now.inertia_variance
