@@ -1,18 +1,23 @@
 """Driver, estimators and joint in one process: every sample goes from one to the next by a function call.
 
 The same nodes with the same parameters, topics and services as in processes of their own; what they publish goes out
-beside. A parameter file that names several joints (`/left/driver`, `/right/driver`) gets them all.
+beside. A parameter file that names several joints (`/left/driver`, `/right/driver`) gets a process for each.
 """
 
+import os
+import signal
+import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from select import select
 from typing import Any
 
 from rclpy.executors import Executor
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
+from vsa_bringup.processes import end_with
 from vsa_common.configuration import ConfigurationError
 from vsa_common.joints import joints
 from vsa_common.life import run
@@ -121,10 +126,32 @@ class Turns:
             executor.spin_once(timeout_sec=0.0)
 
 
+def each(spaces: Sequence[str]) -> int:
+    """A process for each joint: Python runs one thread at a time, and joints share nothing. The worst exit code."""
+    processes: list[subprocess.Popen[bytes]] = []
+
+    def pass_on(number: int, _: object) -> None:
+        for process in processes:
+            process.send_signal(number)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, pass_on)
+    command, us = [sys.executable, "-m", "vsa_bringup.composed", *sys.argv[1:]], os.getpid()
+    for space in spaces:
+        own = [*command, "-r", f"__ns:=/{space}"]
+        processes.append(subprocess.Popen(own, preexec_fn=partial(end_with, us)))
+    return max(abs(process.wait()) for process in processes)
+
+
 def main() -> int:
     """Entry point."""
     sys.setswitchinterval(SWITCH_S)
-    return run(lambda: [node for joint in joints(sys.argv) for node in nodes(joint, polled=True)], turn=Turns())
+    try:
+        found = joints(sys.argv)
+    except ConfigurationError as error:
+        print(f"composed: {error}", file=sys.stderr)
+        return 1
+    return each(found) if len(found) > 1 else run(lambda: nodes(found[0], polled=True), turn=Turns())
 
 
 if __name__ == "__main__":

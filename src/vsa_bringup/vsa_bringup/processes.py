@@ -47,6 +47,13 @@ def renice(nice: int) -> None:
         Path("/proc/self/autogroup").write_text(str(nice))
 
 
+def end_with(parent: int) -> None:
+    """Let this process get SIGTERM when its parent ends, however that ends."""
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:  # it died before we asked to be told
+        os._exit(1)
+
+
 class Process:
     """One process in a session of its own, with its output in a file."""
 
@@ -56,9 +63,7 @@ class Process:
         parent = os.getpid()
 
         def before() -> None:
-            _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-            if os.getppid() != parent:  # it died before we asked to be told
-                os._exit(1)
+            end_with(parent)
             renice(nice)
 
         with log.open("wb") as output:
