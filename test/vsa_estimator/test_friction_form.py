@@ -1,4 +1,4 @@
-"""What the state would be off by, had the friction another form: followed through the filter, and part of the interval."""
+"""What the state would be off by, had the friction another form: carried through the filter, part of the interval."""
 
 import numpy as np
 import pytest
