@@ -7,9 +7,10 @@ import time
 
 import numpy as np
 import pytest
+from favour import RIG, favoured
 from network_wire import Wire, permitted
 from vsa_bringup.fault_rehearsal import lie
-from vsa_bringup.processes import executable
+from vsa_bringup.processes import executable, renice
 from vsa_bringup.scenario_faults import Heard
 from vsa_bringup.settings import base_parameters, write_parameters
 from vsa_common import bags
@@ -51,7 +52,7 @@ class Run:
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("two_hosts")
     parameters = folder / "parameters.yaml"
-    rig = {"rate_hz": RATE, "truth_file": str(folder / "truth.csv")}
+    rig = {"rate_hz": RATE, "truth_file": str(folder / "truth.csv"), **RIG}
     write_parameters(parameters, base_parameters(), {"rig_simulator": rig, "recorder": {"out": str(folder / "bag")}})
     environment = os.environ | {"ROS_DOMAIN_ID": "77", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
     environment.pop("ROS_LOCALHOST_ONLY", None)
@@ -64,13 +65,14 @@ def run(tmp_path_factory):
         time.sleep(seconds)  # this is the experiment: so long the network is so
         times[name] = begin, time.time()
 
-    with Wire() as wire:
+    with favoured() as nice, Wire() as wire:
         try:
             for host in (1, 0):
                 for name, where in ON_HOSTS[host].items():
                     ros = ["--ros-args", "-r", f"__node:={name}", "--params-file", str(parameters)]
                     command = wire.command(host, [executable(*where), *ros])
-                    processes.append(subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True))
+                    own = {"start_new_session": True, "preexec_fn": lambda: renice(nice), "env": environment}
+                    processes.append(subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **own))
             bag, end = folder / "bag" / "bag.mcap", time.monotonic() + 60.0
             while not bag.exists() or bag.stat().st_size < 200_000:
                 assert time.monotonic() < end, [p.poll() for p in processes]
@@ -109,7 +111,7 @@ def test_a_lossy_network_is_repaired(run):
 def test_a_cut_link_is_invalid_in_time_and_told_until_it_is_mended(run):
     begin, _ = run.times["cut"]
     invalid = run.received[(run.received > begin) & ~run.valid]
-    assert invalid[0] - begin < 0.1 + 0.15  # and what a busy machine adds
+    assert invalid[0] - begin < 0.1
     assert not run.valid[run.during("cut", late=0.3)].any()
     assert run.during("cut", late=0.3).sum() > 50  # the status goes on
     assert run.valid[run.during("after", late=AFTER - 1.0)].all()

@@ -36,7 +36,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Saying:
-    """One line of a diagnostic or of an estimator's reason; `stamp_ns` is when the recorder heard it."""
+    """One line of a diagnostic or of an estimator's reason; `stamp_ns` is its own."""
 
     stamp_ns: int
     text: str

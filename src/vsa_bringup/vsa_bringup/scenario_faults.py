@@ -61,14 +61,14 @@ class Heard:
         rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in (*TRANSMISSIONS, "joint")}
         stamps: dict[str, list[int]] = {name: [] for name in rows}
         frames: list[tuple[int, int]] = []
-        for topic, receive_ns, message in read(
+        for topic, _, message in read(
             folder / "bag", [*topics, *states, "/vsa/joint_impedance", "/diagnostics"]
         ):
             name = topic.split("/")[-2] if topic.count("/") > 2 else "joint"
             if topic == "/diagnostics":
-                self._say(receive_ns, *(f"{s.name}: {s.message}" for s in message.status if "rig" not in s.name))
+                self._say(nanoseconds(message.header.stamp), *(f"{s.name}: {s.message}" for s in message.status if "rig" not in s.name))
             elif topic.endswith("estimator_state"):
-                self._say(receive_ns, f"{name}: {message.reason}")
+                self._say(nanoseconds(message.header.stamp), f"{name}: {message.reason}")
             elif topic.endswith("capture_counters"):
                 stamped = zip((nanoseconds(stamp) for stamp in message.stamp), message.counter, strict=True)
                 frames += [(stamp_ns, int(counter)) for stamp_ns, counter in stamped]
@@ -87,12 +87,14 @@ class Heard:
         before = max(int(np.searchsorted(counter, sample)) - 1, 0)
         return int(self._frames.stamp_ns[before] + (sample - counter[before]) / rate * 1e9)
 
-    def _say(self, receive_ns: int, *texts: str) -> None:
-        self.sayings += [rehearsal.Saying(receive_ns, text) for text in texts]
+    def _say(self, stamp_ns: int, *texts: str) -> None:
+        self.sayings += [rehearsal.Saying(stamp_ns, text) for text in texts]
 
     def _estimates(self, name: str, stamps: list[int], rows: list[tuple[float, ...]]) -> rehearsal.Estimates:
-        value, variance, valid, well = np.array(rows, dtype=float).reshape(-1, 4).T
         stamp_ns = np.array(stamps, dtype=np.int64)
+        there = stamp_ns <= self._frames.stamp_ns[-1]  # afterwards the rig is silent, and predictions have no truth
+        stamp_ns = stamp_ns[there]
+        value, variance, valid, well = np.array(rows, dtype=float).reshape(-1, 4)[there].T
         rate = self._rig.rate_hz
         time = rehearsal.rig_time(stamp_ns, self._frames.stamp_ns, self._frames.counter, rate)
         exact = self._frames.samples(stamp_ns)
