@@ -1,11 +1,10 @@
 """Allan deviation of noises whose law is known."""
 
-import allantools
 import numpy as np
 import pytest
 from vsa_common.configuration import load
 from vsa_common.tables import write_columns
-from vsa_estimator.allan import allan, overlapping_deviation
+from vsa_estimator.allan import allan
 from vsa_estimator.noise import main
 from vsa_estimator.rate_filter import RATE_FILTER, RateFilter, filtered_rate
 from vsa_estimator.settings import EstimatorConfig
@@ -31,13 +30,6 @@ def test_drift_is_not_white_and_does_not_count_as_noise(seed):
     found = allan(white(seed) + drift, 100.0)
     assert not found.white
     assert found.std == pytest.approx(STD, rel=0.03)
-
-
-def test_the_deviation_is_that_of_allantools():
-    sizes = 2 ** np.arange(12)
-    for signal in (white(1), 40.0 + np.cumsum(white(2))):
-        _, expected, _, _ = allantools.oadev(signal, rate=100.0, data_type="freq", taus=sizes / 100.0)
-        np.testing.assert_allclose(overlapping_deviation(signal, sizes), expected, rtol=1e-9)
 
 
 def test_smoothed_noise_is_not_white():

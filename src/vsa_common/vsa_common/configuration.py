@@ -171,7 +171,8 @@ _OF_A_PROCESS = re.compile(r"(autostart|use_sim_time)$|(realtime|qos_overrides)\
 def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
     """Configuration of `node` (its bare name, "estimator_1") from a ROS parameter file.
 
-    What the file says of its process (`autostart`, `realtime.*`, ROS's own) is left out. Raises ConfigurationError naming the file for one that cannot be read or is no parameter file.
+    What the file says of its process (`autostart`, `realtime.*`, ROS's own) is left out. Raises ConfigurationError
+    naming the file for one that cannot be read or is no parameter file.
     """
     values = node_values(path, node)
     try:

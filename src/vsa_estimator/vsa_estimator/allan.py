@@ -1,10 +1,11 @@
 """Allan deviation of a sensor's record: how large its noise is, and whether it is white (section VI).
 
-White noise has an Allan variance that falls as 1/tau; drift bends it up.
+The one door to allantools. White noise has an Allan variance that falls as 1/tau; drift bends it up.
 """
 
 from dataclasses import dataclass
 
+import allantools
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri  # scipy.stats takes a second to import
@@ -38,13 +39,6 @@ class Allan:
         return float(self.std * np.sqrt(self.tau[0]))
 
 
-def overlapping_deviation(signal: Array, sizes: NDArray[np.int64]) -> Array:
-    """Overlapping Allan deviation of means over `sizes` samples: rms difference of neighbouring means over sqrt 2."""
-    sums = np.concatenate([[0.0], np.cumsum(signal - np.mean(signal))])
-    differences = ((sums[2 * m :] - 2.0 * sums[m:-m] + sums[: -2 * m]) / m for m in sizes)
-    return np.array([np.sqrt(0.5 * np.mean(one**2)) for one in differences])
-
-
 def allan(signal: Array, rate: float) -> Allan:
     """Allan deviation of an evenly sampled signal at averaging times of 1, 2, 4, ... samples.
 
@@ -53,9 +47,9 @@ def allan(signal: Array, rate: float) -> Allan:
     """
     longest = max(1, len(signal) // FEWEST_MEANS)
     sizes = 2 ** np.arange(int(np.log2(longest)) + 1)
-    tau, deviation = sizes / rate, overlapping_deviation(signal, sizes)
+    tau, deviation, _, _ = allantools.oadev(signal, rate=rate, data_type="freq", taus=sizes / rate)
     std = float(np.sqrt(0.5 * np.mean(np.diff(signal) ** 2)))
-    freedom = np.maximum(len(signal) / sizes - 1.0, 1.0)
+    freedom = np.maximum(len(signal) / sizes[: len(tau)] - 1.0, 1.0)
     weights = freedom
     x, y = np.log(tau), 2.0 * np.log(np.maximum(deviation, 1e-300))
     centred = x - np.average(x, weights=weights)

@@ -29,6 +29,7 @@ NOISE_MEMORY = 9.0  # [s]
 BRIDGED = 0.25  # silence up to this long is predicted across [s]
 COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
+MOVED = "looking whether the rod moved or the encoder jumped"
 RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
@@ -243,7 +244,7 @@ class Estimator:
         if tracker.knows:
             self._audit_pause = min(2 * self._audit_pause, AUDIT_MOST)
             self._audit_ns = block.stamp_ns + self._audit_pause
-            if not sure or not tracker.contradicts(fit.mean, fit.covariance):
+            if not sure or not tracker.contradicts(fit.mean, fit.covariance, self._force_noise.std):
                 return
             self._count_reset(Reset.INNOVATION)
         self._has_fit = True
@@ -273,6 +274,8 @@ class Estimator:
             if jumped:
                 self._trust.move(tracker, jump, self._jump.variance + deflection_variance)
                 told = self._trust.doubt(tracker, words)
+            else:
+                self._trust.doubt(tracker, MOVED)
         else:
             tracker.reference = block.deflection
             tracker.forget(block.force if block.forces else self._force)

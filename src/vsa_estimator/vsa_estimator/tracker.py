@@ -25,6 +25,7 @@ START_ACCELERATION_STD = 5e-3  # [m/s^2]
 WATCH_TIME = 2.0  # innovations are watched over this long [s]
 SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
 LOUD = 100.0
+CONTRADICTION = 40.0  # squared distance of seven coefficients from a regression's that no chance explains
 FAST = 2.0  # times the speed of the damper's greatest force, beyond which the lag of the filter is not held against it
 KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force
 NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
@@ -158,6 +159,18 @@ class Tracker:
         self.p[3:, :3] = 0.0
         self.p[:3, 3:] = 0.0
         self.p[3:, 3:] = covariance
+
+    def contradicts(self, mean: Array, covariance: Array, force_noise_std: float) -> bool:
+        """Whether a regression over the same data has found other coefficients, beyond what it may be off by.
+
+        A mass that may be felt confounds the regression; then the filter is believed.
+        """
+        mass = float(self.z[Z.M]) + math.sqrt(float(self.p[Z.M, Z.M]))
+        if mass * math.sqrt(max(self._acceleration_square, 0.0) + float(self.p[2, 2])) > 2.0 * force_noise_std:
+            return False
+        scale = np.sqrt(np.diag(covariance))
+        apart = (self.z[3:] - mean) / scale
+        return bool(apart @ np.linalg.solve(covariance / np.outer(scale, scale), apart) > CONTRADICTION)
 
     def remember_stroke(self, high: float, low: float) -> None:
         """The travel that the start values were learnt from [m]."""
