@@ -97,6 +97,10 @@ class Lab:
         newest = [self.joints, *self.sides.values()]
         return all(m and now - m[-1][0] < 0.2 and m[-1][1].stiffness_valid and m[-1][1].status == VALID for m in newest)
 
+    def relied_on(self):
+        """Whether every sample that was heard of gave a valid stiffness; silence of a busy machine is none."""
+        return all(m.stiffness_valid for side in self.sides.values() for _, m in side if m.status != STALE)
+
     def learned(self):
         """Whether both filters have taken over from the start-up: then they know the rig at rest, too."""
         return all(m[-1][1].damping_valid for m in self.sides.values())
@@ -182,7 +186,7 @@ def test_one_sensor_that_stops_is_stale_then_invalid_and_resumes_by_itself(healt
     last = stamp(side[stale - 1][1])
     assert stamp(side[stale][1]) - last < 0.0501  # longer than five periods
     assert stamp(side[invalid][1]) - last < 0.1001
-    assert first(healthy.joints, is_invalid, begin) - begin < 0.1 + 2.0 / RATE
+    assert first(healthy.joints, is_invalid, begin) + (time.time() - time.monotonic()) - last < 0.1
     assert all(m.status == VALID for _, m in healthy.sides[2])
     variances = [m.stiffness_variance for _, m in side if m.status == STALE]
     assert variances[-1] > variances[0]
@@ -233,7 +237,7 @@ def test_what_is_wrong_for_a_moment_is_counted_and_told_while_the_estimate_stays
     begin = healthy.fail(failure)
     healthy.until(lambda: any(healthy.told(node, words, begin) for node in ("driver", "estimator_1", "estimator_2")))
     garbage = "garbage" in failure  # then there is nothing to estimate from for as long
-    assert garbage or all(m.stiffness_valid for _, m in healthy.joints)
+    assert garbage or healthy.relied_on()
     healthy.until(healthy.well)
 
 
@@ -307,7 +311,8 @@ def test_a_full_disk_ends_the_recording_readable_and_touches_nobody_else(healthy
     healthy.until(lambda: healthy.told("recorder", "readable", begin))
     told = time.time()
     healthy.until(lambda: stamp(healthy.joints[-1][1]) > told + 0.5)
-    assert all(m.stiffness_valid for _, m in healthy.joints)
+    assert healthy.relied_on()
+    healthy.until(healthy.well)
     assert sum(1 for _ in bags.read(folder / "bag", ["/vsa/joint_impedance"])) > RATE
 
 

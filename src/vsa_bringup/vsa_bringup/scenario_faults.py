@@ -61,12 +61,11 @@ class Heard:
         rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in (*TRANSMISSIONS, "joint")}
         stamps: dict[str, list[int]] = {name: [] for name in rows}
         frames: list[tuple[int, int]] = []
-        for topic, _, message in read(
-            folder / "bag", [*topics, *states, "/vsa/joint_impedance", "/diagnostics"]
-        ):
+        for topic, _, message in read(folder / "bag", [*topics, *states, "/vsa/joint_impedance", "/diagnostics"]):
             name = topic.split("/")[-2] if topic.count("/") > 2 else "joint"
             if topic == "/diagnostics":
-                self._say(nanoseconds(message.header.stamp), *(f"{s.name}: {s.message}" for s in message.status if "rig" not in s.name))
+                said = (f"{s.name}: {s.message}" for s in message.status if "rig" not in s.name)
+                self._say(nanoseconds(message.header.stamp), *said)
             elif topic.endswith("estimator_state"):
                 self._say(nanoseconds(message.header.stamp), f"{name}: {message.reason}")
             elif topic.endswith("capture_counters"):
