@@ -40,7 +40,7 @@ def soak_live(seconds: float) -> dict[str, Any]:
             stage.start(parts, folder / "parameters.yaml")
             stage.wait_until_active(*(part.name for part in parts if part.name != "driver"))
             stage.activate("driver")
-            stage.wait_until_connected()
+            stage.wait_until_connected(recorded=False)
             pids = {part.name: stage.group[part.name].pid for part in parts}
             stage.request("rig_simulator/start")
             begin, warm = time.monotonic(), min(WARM_S, 0.2 * seconds)

@@ -97,13 +97,15 @@ class Stage:
                 raise ProcessError(f"{name} could not be started:\n{self.group[name].tail()}")
         self.node.destroy_client(client)
 
-    def wait_until_connected(self) -> None:
-        """Return when every topic that one of the nodes writes has its readers, the recorder among them."""
+    def wait_until_connected(self, recorded: bool = True) -> None:
+        """Return when every topic that one of the nodes writes has its readers; only the nodes' if not `recorded`."""
 
         def lonely() -> list[str]:
             written = [topic for topic in suite_topics(self.namespace) if self.node.count_publishers(topic)]
             required = {f"{self.namespace}/joint_impedance", f"{self.namespace}/transmission_1/force"}
-            return [topic for topic in required.union(written) if not self._is_connected(topic, written)]
+            return [
+                topic for topic in required.union(written if recorded else ()) if not self._is_connected(topic, written)
+            ]
 
         self._until(lambda: not lonely(), lambda: f"nobody reads or writes {', '.join(lonely())}")
         self.spin(SETTLE_S)
