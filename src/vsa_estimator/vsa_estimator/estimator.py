@@ -15,7 +15,7 @@ from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.jump import Jump
 from vsa_estimator.learner import Learner
 from vsa_estimator.noise_level import NoiseLevel
-from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, judge
+from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, inertia_known, judge
 from vsa_estimator.rows import BAND, whiten
 from vsa_estimator.sample_clock import SampleClock
 from vsa_estimator.settings import EstimatorConfig
@@ -34,6 +34,7 @@ RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
+_TUPLE = tuple.__new__
 
 
 class Estimator:
@@ -66,11 +67,13 @@ class Estimator:
         fresh = self._health.observe(stamp_ns, force, deflection)
         if not self._started:
             self._start(instant_ns, force, deflection)
-        if fresh and self._blocks.averages and not self._spikes.passes(force):
-            self._force_rejected += 1
-            fresh = False
-        placed = not self._blocks.averages or self._deflection_spikes.passes(deflection)
-        self._deflection_rejected += not placed
+        placed = True
+        if self._blocks.averages:
+            if fresh and not self._spikes.passes(force):
+                self._force_rejected += 1
+                fresh = False
+            placed = self._deflection_spikes.passes(deflection)
+            self._deflection_rejected += not placed
         for block in self._blocks.add(instant_ns, deflection if placed else None, force if fresh else None):
             self._step(block)
         self._fused += 1
@@ -96,7 +99,8 @@ class Estimator:
 
     def state(self) -> State:
         """What the estimator knows now."""
-        tracker, known, estimate = self._tracker, self._known, self._estimate
+        tracker, estimate = self._tracker, self._estimate
+        known = judge(tracker, self._force_noise.std) if estimate else Known(*[False] * 7)
         if estimate is None:
             status, stiffness_valid, damping_valid, moving = Status.INITIALIZING, False, False, False
         else:
@@ -142,7 +146,7 @@ class Estimator:
         self._learner = Learner(config.initial, rate)
         self._trust = Trust(rate)
         self._jump = Jump()
-        self._known = Known(*[False] * 7)
+        self._inertia_known = False
         self._estimate = None
         self._started = False
         self._has_fit = False
@@ -197,7 +201,7 @@ class Estimator:
             self._refreshed_ns = block.stamp_ns
             self._refresh(block)
         self._learn(block)
-        self._known = judge(tracker, self._force_noise.std)
+        self._inertia_known = inertia_known(tracker, self._force_noise.std)
 
     def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
         tracker = self._tracker
@@ -315,7 +319,7 @@ class Estimator:
         silence = (stamp_ns - self._stamp_ns) * 1e-9 if stamp_ns > self._stamp_ns else 0.0
         stale = silence >= max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
         heard = silence < INVALID_TIME
-        known, complaints = self._known, self._complaints(stamp_ns)
+        complaints = self._complaints(stamp_ns)
         trusted = heard and not self._trust.reason and not self._health.blind
         stiffness_valid = trusted and ln_variance < STIFFNESS**2
         now = self._tracker.appraisal
@@ -331,13 +335,13 @@ class Estimator:
         else:
             status = Status.VALID if stiffness_valid else Status.CONVERGING
         sensed = heard and not complaints
-        return Estimate(
+        return _TUPLE(Estimate, (  # past the many arguments of its __new__, at every sample
             stamp_ns, self._force, self._force_noise.std**2, sensed, x, x_variance, heard, v, v_variance, heard,
             a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,
-            damping, damping_variance, damping_valid, inertia, inertia_variance, trusted and known.inertia,
+            damping, damping_variance, damping_valid, inertia, inertia_variance, trusted and self._inertia_known,
             stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
             now.k2, now.k2_variance, now.d2, now.d2_variance, now.force_offset, now.coulomb_friction,
-        )  # fmt: skip
+        ))  # fmt: skip
 
 
 def warm_up() -> None:

@@ -181,6 +181,25 @@ def correct_force(
 
 
 @compiled
+def report_ahead(
+    z: Array, p: Array, pull: Array, reference: float, ahead: float, jerk_density: float, doubts: Array, out: Array
+) -> None:  # fmt: skip
+    """`report` predicted `ahead` [s] from state z, which stays as it is.
+
+    doubts, beyond the covariance: standard deviations of stiffness, d1 and d2, and the variance of the inertia.
+    """
+    if ahead > 0.0:
+        z = z.copy()
+        p = p.copy()
+        predict(z, p, ahead, jerk_density)
+    report(z, p, pull, reference, out)
+    out[7] += (doubts[0] / out[6]) ** 2
+    c2 = min(z[1] ** 2, out[15] ** 2)
+    out[9] += (3.0 * c2 * doubts[2]) ** 2 + doubts[1] ** 2
+    out[11] = doubts[3]
+
+
+@compiled
 def report(z: Array, p: Array, pull: Array, reference: float, out: Array) -> None:
     """Impedance and its covariance at state z into out (16); what `pull` does to it counts as one standard deviation.
 

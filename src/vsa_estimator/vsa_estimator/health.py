@@ -103,9 +103,11 @@ class Noisiness:
         if product != product:
             return 1.0
         self._slope += (value - last - self._slope) / self.WORTH
-        self._steepest = max(abs(self._slope), self._steepest * (1.0 - 0.05 / self.WORTH))
+        slope, fading = abs(self._slope), self._steepest * (1.0 - 0.05 / self.WORTH)
+        self._steepest = slope if slope > fading else fading
         self._loud += ((product > self.LOUD) - self._loud) / self.WORTH
-        self._variance += (min(max(product, 0.0), 1e6) - self._variance) / self.WORTH
+        variance = 0.0 if product < 0.0 else 1e6 if product > 1e6 else product
+        self._variance += (variance - self._variance) / self.WORTH
         return math.sqrt(max(self._variance, 1.0)) if self._loud > self.SHARE else 1.0
 
 

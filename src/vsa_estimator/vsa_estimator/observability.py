@@ -32,17 +32,23 @@ def judge(tracker: Tracker, force_noise_std: float) -> Known:
     """What the filter knows at its last step; `force_noise_std` [N] of one sample."""
     z, p = tracker.z, tracker.p
     std = np.sqrt(np.maximum(np.diag(p), 0.0)).tolist()
-    k2, d1, d2, mass = (abs(value) for value in z[4:8].tolist())
+    k2, d1, d2 = (abs(value) for value in z[4:7].tolist())
     return Known(
         stiffness=std[Z.S] < STIFFNESS,
         k2=tracker.appraisal.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
         d1=std[Z.D1] < DAMPING * d1,
         d2=tracker.appraisal.d2_variance < (CUBIC * d2) ** 2,
-        inertia=tracker.appraisal.inertia_variance < (INERTIA * mass) ** 2
-        and tracker.appraisal.inertial_force > CLEAR_FORCE * force_noise_std,
+        inertia=inertia_known(tracker, force_noise_std),
         force_offset=std[Z.F0] < 1.0,
         coulomb_friction=std[Z.D0] < 0.2,
     )
+
+
+def inertia_known(tracker: Tracker, force_noise_std: float) -> bool:
+    """Whether the motion has told the mass."""
+    now = tracker.appraisal
+    tolerance = INERTIA * float(tracker.z[Z.M])
+    return now.inertia_variance < tolerance * tolerance and now.inertial_force > CLEAR_FORCE * force_noise_std
 
 
 def explain(tracker: Tracker, known: Known, stiffness_valid: bool, damping_valid: bool) -> tuple[str, ...]:

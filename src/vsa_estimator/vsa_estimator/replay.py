@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 import time
+from itertools import chain
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from vsa_estimator.recordings import Recording, RecordingError, read_recordings
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
 from vsa_estimator.values import Estimate, State
 
-CHUNK = 2000  # samples between two looks at the progress bar
+CHUNK = 200  # samples between two looks at the progress bar
 
 # Column of the output: field of Estimate, and whether its square root is meant.
 FIELDS = {
@@ -48,7 +49,8 @@ def replay(recording: Recording, config: EstimatorConfig, bar: Bar) -> tuple[dic
         )  # fmt: skip
         estimates = [estimator.add(*sample) for sample in samples]
         used[part] = [estimate is not None for estimate in estimates]
-        chunks.append(np.array([pick(e) for e in estimates if e is not None], dtype=float).reshape(-1, len(FIELDS)))
+        picked = chain.from_iterable(map(pick, filter(None, estimates)))
+        chunks.append(np.fromiter(picked, dtype=float).reshape(-1, len(FIELDS)))
         bar.advance(len(estimates))
     table = np.concatenate(chunks).T
     columns: dict[str, NDArray[Any]] = {"stamp": recording.stamp[used]}

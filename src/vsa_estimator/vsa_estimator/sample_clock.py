@@ -9,6 +9,10 @@ the true instants, and over no others.
 import math
 import statistics
 
+import numpy as np
+from vsa_common.accel import compiled
+from vsa_estimator.model import Array
+
 FIRST = 32  # intervals whose median is the first idea of the period
 REGULAR = 0.3  # of a period: how far off a regular interval is at most
 SHARP = 0.15  # of a period: scatter of regular intervals that is small enough to recognise a return to the pace
@@ -38,7 +42,8 @@ class Pace:
         self._away = False
         self._steps: list[int] = []
         self._last_ns = 0
-        self._begin(0)
+        self._instant_ns = 0.0
+        self._behind = self._hurried = self._odd = 0
 
     def add(self, stamp_ns: int) -> float:
         """Instant [ns] of the sample with this stamp, never later than that."""
@@ -105,26 +110,27 @@ class Pace:
         return whole
 
 
-class Follower:
-    """Follows a deflection at constant speed, over one choice of instants (an alpha-beta filter)."""
+@compiled
+def follow(state: Array, instant_ns: float, deflection: float) -> float:
+    """How far a sample is from where constant speed lets it be expected [m]: an alpha-beta filter over one choice of
+    instants. state: last instant [ns], place [m], speed [m/s]."""
+    dt = (instant_ns - state[0]) * 1e-9
+    state[0] = instant_ns
+    if not 0.0 <= dt < 5.0 * FOLLOW:
+        state[1] = deflection
+        state[2] = 0.0
+        return 0.0
+    off = deflection - (state[1] + state[2] * dt)
+    kept = np.exp(-dt / FOLLOW)
+    state[1] = deflection - kept * kept * off
+    state[2] += (1.0 - kept) * (1.0 - kept) / max(dt, 1e-4) * off
+    return float(off)
 
-    def __init__(self) -> None:
-        """Nothing seen yet."""
-        self._instant_ns = 0.0
-        self._place = self._speed = 0.0
 
-    def add(self, instant_ns: float, deflection: float) -> float:
-        """How far the sample is from where it was expected [m]."""
-        dt = (instant_ns - self._instant_ns) * 1e-9
-        self._instant_ns = instant_ns
-        if not 0.0 <= dt < 5.0 * FOLLOW:
-            self._place, self._speed = deflection, 0.0
-            return 0.0
-        off = deflection - (self._place + self._speed * dt)
-        kept = math.exp(-dt / FOLLOW)
-        self._place = deflection - kept * kept * off
-        self._speed += (1.0 - kept) * (1.0 - kept) / max(dt, 1e-4) * off
-        return off
+@compiled
+def compare(stamped: Array, paced: Array, stamp_ns: float, instant_ns: float, deflection: float) -> float:
+    """By how much the instants explain the deflection better than the stamps do [m^2]."""
+    return float(follow(stamped, stamp_ns, deflection) ** 2 - follow(paced, instant_ns, deflection) ** 2)
 
 
 class SampleClock:
@@ -133,7 +139,7 @@ class SampleClock:
     def __init__(self) -> None:
         """Stamps are believed at first."""
         self._pace = Pace()
-        self._stamped, self._paced = Follower(), Follower()
+        self._stamped, self._paced = np.zeros(3), np.zeros(3)
         self._worth = self._gain = self._spread = 0.0  # leaky sums of what the pace explains better, and of its square
         self._origin_ns = self._instant_ns = 0
         self.paced = False
@@ -150,9 +156,8 @@ class SampleClock:
         return self._instant_ns
 
     def _weigh(self, stamp_ns: int, instant_ns: float, deflection: float) -> None:
-        stamped = self._stamped.add(stamp_ns - self._origin_ns, deflection)
-        paced = self._paced.add(instant_ns - self._origin_ns, deflection)
-        gain = stamped * stamped - paced * paced
+        since, origin_ns = float(stamp_ns - self._origin_ns), self._origin_ns
+        gain = compare(self._stamped, self._paced, since, instant_ns - origin_ns, deflection)
         kept = 1.0 - FORGET
         if gain == 0.0:
             return

@@ -14,7 +14,7 @@ from vsa_estimator.filter import (
     correct_deflection,
     correct_force,
     predict,
-    report,
+    report_ahead,
 )
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
@@ -44,10 +44,7 @@ class Appraisal(NamedTuple):
     inertial_force: float  # root mean square of what moves the mass [N]
     force_offset: float
     coulomb_friction: float
-    inertial_spring: float  # what a unit of mass takes off a spring on the present motion [1/s^2]: w^2 for one tone
-    mass_learned: float  # variance of the mass as far as its force is felt or it was learned; the rest hides nothing
-    kink: float  # relative error of d1 from the damper's greatest force
-    cubic_pull: float  # relative error of d2 from noise of the speed: the mean of (v + e)^3 is v^3 + 3 v var(e)
+    doubts: Array  # beyond the covariance, as filter.report_ahead takes them
 
 
 class Tracker:
@@ -240,16 +237,7 @@ class Tracker:
 
     def report(self, ahead: float, jerk_density: float, out: Array) -> None:
         """Impedance `ahead` seconds from the last step into out, as filter.report orders it."""
-        z, p = self.z, self.p
-        if ahead > 0.0:
-            z, p = z.copy(), p.copy()
-            predict(z, p, ahead, jerk_density)
-        report(z, p, self.pull, self.reference, out)
-        now = self.appraisal
-        out[7] += (HIDDEN * now.inertial_spring / float(out[6])) ** 2 * now.mass_learned
-        out[11] = now.inertia_variance
-        c2 = min(float(z[Z.V]) ** 2, float(out[15]) ** 2)
-        out[9] += (3.0 * now.d2 * c2 * now.cubic_pull) ** 2 + (now.kink * now.d1) ** 2
+        report_ahead(self.z, self.p, self.pull, self.reference, ahead, jerk_density, self.appraisal.doubts, out)
 
     @property
     def appraisal(self) -> Appraisal:
@@ -270,11 +258,13 @@ class Tracker:
         cubic_pull = min(3.0 * variance[Z.V] / max(self._speed_square, 1e-12), 1.0)
         mass_pull = min(variance[Z.A] / max(self._acceleration_square, 1e-12), 1.0)
         kink = KINK * min(1.0, self._beyond / OFTEN)
+        inertia_variance = variance[Z.M] + (mass * mass_pull) ** 2
+        doubts = np.array([HIDDEN * spring * math.sqrt(learned), kink * d1, d2 * cubic_pull, inertia_variance])
         return Appraisal(
             k2, variance[Z.K2] + hidden * hidden * learned,
             d1, d2, variance[Z.D2] + (d2 * cubic_pull) ** 2 + (2.0 * kink * d2) ** 2,
-            variance[Z.M] + (mass * mass_pull) ** 2, mass * math.sqrt(max(self._acceleration_square, 0.0)),
-            force_offset, coulomb_friction, spring, learned, kink, cubic_pull,
+            inertia_variance, mass * math.sqrt(max(self._acceleration_square, 0.0)),
+            force_offset, coulomb_friction, doubts,
         )  # fmt: skip
 
     def _watch(self, nis: float) -> None:
