@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 
 SOURCES = Path(__file__).parents[2] / "src"
-DOORS = ("can", "cantools", "filterpy", "numba", "polars", "matplotlib", "allantools", "rosbags", "mcap", "aiohttp")
+DOORS = (
+    "can", "cantools", "filterpy", "numba", "polars", "matplotlib", "allantools", "rosbags", "mcap", "aiohttp",
+    "threadpoolctl",
+)  # fmt: skip
 NOT_FOR_CORES = {"vsa_estimator": "vsa_driver", "vsa_joint": "vsa_driver", "vsa_driver": "vsa_estimator"}
 
 

@@ -22,6 +22,15 @@ def test_a_nice_value_holds_for_every_thread():
     assert answer(THREAD + code + "print(*[os.getpriority(os.PRIO_PROCESS, t) for t in threads])") == "19 19"
 
 
+def test_linear_algebra_is_done_by_the_thread_that_asks_for_it():
+    code = "import numpy, scipy.linalg, threadpoolctl; from vsa_common.realtime import compute_alone; compute_alone(); "
+    run = subprocess.run(
+        [sys.executable, "-c", code + "print({i['num_threads'] for i in threadpoolctl.threadpool_info()})"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert run.stdout.strip() == "{1}"
+
+
 def test_what_is_not_permitted_is_said_with_its_remedy_and_does_not_end_the_process():
     limits = "RLIMIT_RTPRIO", "RLIMIT_NICE", "RLIMIT_MEMLOCK"
     drop = f"import resource; [resource.setrlimit(getattr(resource, one), (0, 0)) for one in {limits}]; "

@@ -14,7 +14,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 from vsa_common.configuration import ConfigurationError, parameter_files, read_parameter_file
 from vsa_common.node import RCLError, SuiteNode
-from vsa_common.realtime import ask_for
+from vsa_common.realtime import ask_for, compute_alone
 
 
 def run(
@@ -52,6 +52,7 @@ def run(
             node.autostart()
             for refusal in ask_for(node.common.realtime):
                 node.get_logger().warning(refusal)
+        compute_alone()
         gc.freeze()  # what is there now stays; the collector need not walk through it again
         while not stopped:
             turn(spinner, nodes)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
 from vsa_common.configuration import flag, quantity
 
 _MCL_CURRENT, _MCL_FUTURE = 1, 2  # <sys/mman.h>
@@ -19,6 +20,11 @@ class RealTime:
     priority: int = quantity(0, "", 0, 99, "SCHED_FIFO priority of the whole process; 0: the ordinary scheduler")
     nice: int = quantity(0, "", -20, 19, "weight in the ordinary scheduler, -20 is the most; 0 leaves it")
     lock_memory: bool = flag(False, "keep the process in memory: no sample waits for the disk")
+
+
+def compute_alone() -> None:
+    """Linear algebra in the thread that asks for it: helpers on busy cores keep a sample waiting for 100 ms."""
+    threadpool_limits(limits=1)
 
 
 def ask_for(hints: RealTime) -> list[str]:
