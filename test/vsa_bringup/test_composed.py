@@ -134,6 +134,9 @@ def test_samples_handed_on_by_a_call_give_the_estimates_that_topics_give(ros):
                 both = one.keys() & other.keys()  # a starved machine predicts through silence, at stamps of its own
                 assert len(both) > 0.9 * SAMPLES
                 assert all(one[stamp] == other[stamp] for stamp in both)
+            for heard in (direct.joints, separate.joints):  # whichever side was heard first
+                for stamp in [stamp for stamp, message in heard.items() if "no sample yet" in message.reason]:
+                    del heard[stamp]
             for stamp in (common := direct.joints.keys() & separate.joints.keys()):
                 for message in (direct.joints[stamp], separate.joints[stamp]):
                     message.stiffness_min = message.stiffness_max = 0.0  # found ten times a second, at leisure

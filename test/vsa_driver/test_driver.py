@@ -36,6 +36,7 @@ TOPICS = {
     "transmission_2/force": WrenchStamped,
     "transmission_2/encoder": JointState,
     "joint_states": JointState,
+    "joint_states_throttle": JointState,
     "external_torque": WrenchStamped,
     "motor_states": JointState,
 }
@@ -190,6 +191,14 @@ def test_joint_and_motors_are_published_in_si(fresh):
     assert fresh.heard["external_torque"][0].wrench.torque.z == pytest.approx(-0.75)
     motor = fresh.heard["motor_states"][0]
     assert dict(zip(motor.name, motor.position, strict=True)) == pytest.approx({"motor_1": 0.5, "motor_2": -0.25})
+
+
+def test_viewers_get_the_angle_twenty_times_a_second(fresh):
+    fresh.until(lambda: len(fresh.heard["joint_states_throttle"]) > 4)
+    seen = {nanoseconds(message.header.stamp) for message in fresh.heard["joint_states"]}
+    stamps = [nanoseconds(message.header.stamp) for message in fresh.heard["joint_states_throttle"]]
+    assert set(stamps[1:]) <= seen
+    assert min(np.diff(stamps)) >= 50_000_000
 
 
 def test_no_command_reaches_the_bus_before_arming_and_the_first_after_it_is_the_measured_position(fresh):

@@ -62,11 +62,11 @@ class Lab:
         while (left := end - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left)
 
-    def wait(self, true, timeout=60.0):
+    def wait(self, true, timeout=60.0, **what):
         end = time.monotonic() + timeout
         while not true():
             assert time.monotonic() < end, "timeout"
-            self.feed()
+            self.feed(**what)
 
     def feed(self, sides=(0, 1), stiffness=None, delay=0.0):
         """One period of estimates (of `sides`) and measurements, `delay` s old. Returns their stamp [ns]."""
@@ -143,7 +143,7 @@ def test_motors_that_are_nearly_wound_up_narrow_the_range(lab):
 
 def test_nothing_is_commanded_before_a_command_and_the_first_is_where_the_motors_are(lab):
     assert not lab.commands
-    lab.wait(lambda: lab.feed(stiffness=joint_truth().stiffness) or lab.commands)
+    lab.wait(lambda: lab.commands, stiffness=joint_truth().stiffness)
     assert list(lab.commands[0][1].position) == pytest.approx(MOTORS, abs=0.02)
 
 

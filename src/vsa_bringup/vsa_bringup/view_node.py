@@ -41,7 +41,7 @@ class Ear:
         self._takers: list[tuple[Any, Taker]] = []
         self._watched = 0.0
         self._listen(JointImpedance, "joint_impedance", self.show.joint.take_impedance)
-        self._listen(JointState, "joint_states", self._take_angle, _NEWEST)
+        self._sees_angle = False
         self._listen(DiagnosticArray, "/diagnostics", self._take_diagnostics)
         for name in self.show.sides:
             self._listen_to_side(name)
@@ -55,6 +55,7 @@ class Ear:
                     take(found[0], found[1]["received_timestamp"], now)
         if now - self._watched > WATCH:
             self._watched = now
+            self._look_for_angle()
             self.show.watch(now, time.time_ns())
 
     def words(self) -> dict[str, Any]:
@@ -87,6 +88,13 @@ class Ear:
     def _listen(self, kind: Any, topic: str, take: Any, qos: QoSProfile = _WATCHING) -> None:
         name = topic if topic.startswith("/") else f"{self.space}/{topic}"
         self._takers.append((self._node.create_subscription(kind, name, print, qos, raw=True), take))
+
+    def _look_for_angle(self) -> None:
+        """The angle at a viewer's pace; as the sensor has it where the driver is another's."""
+        for topic in ("joint_states_throttle", "joint_states"):
+            if not self._sees_angle and self._node.count_publishers(f"{self.space}/{topic}"):
+                self._sees_angle = True
+                self._listen(JointState, topic, self._take_angle, _NEWEST)
 
     def _take_angle(self, data: bytes, *_: object) -> None:
         self.show.joint.angle = read_position(data)[1]

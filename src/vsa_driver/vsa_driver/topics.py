@@ -14,6 +14,7 @@ from vsa_driver.capture import JointSample, MotorSample, Sample
 from vsa_driver.prepared import Prepared
 from vsa_msgs.msg import CaptureCounters
 
+VIEW_NS = 50_000_000  # between two angles for viewers: who only looks shall not cost what a controller does
 _MARKS = (1.5e-200, 2.5e-200)  # stand where a prepared message is filled
 
 
@@ -58,18 +59,24 @@ class RigTopics:
         self._torque = _torsor("joint", torque=Vector3(z=_MARKS[0]))
         self._motor = _positions("motors", motors)
         self._angles = node.create_publisher(JointState, "joint_states", RELIABLE)
+        self._views = node.create_publisher(JointState, "joint_states_throttle", RELIABLE)
+        self._viewed_ns = 0
         self._torques = node.create_publisher(WrenchStamped, "external_torque", RELIABLE)
         self._motors = node.create_publisher(JointState, "motor_states", RELIABLE)
 
     @property
     def publishers(self) -> list[Publisher]:
         """To destroy them."""
-        return [self._angles, self._torques, self._motors]
+        return [self._angles, self._views, self._torques, self._motors]
 
     def publish_joint(self, sample: JointSample) -> None:
         """Send what is measured of the joint; the torque is about z."""
         if sample.angle is not None:
-            self._angles.publish(self._angle.fill(sample.stamp_ns, sample.angle))
+            data = self._angle.fill(sample.stamp_ns, sample.angle)
+            self._angles.publish(data)
+            if not 0 <= sample.stamp_ns - self._viewed_ns < VIEW_NS:
+                self._viewed_ns = sample.stamp_ns
+                self._views.publish(data)
         if sample.torque is not None:
             self._torques.publish(self._torque.fill(sample.stamp_ns, sample.torque))
 
