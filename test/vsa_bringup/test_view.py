@@ -123,6 +123,12 @@ def complaint(level, text, name="/vsa/driver"):
     return DiagnosticArray(status=[DiagnosticStatus(level=bytes([level]), name=name, message=text)])
 
 
+def counters(stamp_ns, *numbers):
+    message = CaptureCounters(counter=numbers)
+    set_stamp(message.header.stamp, stamp_ns)
+    return serialize_message(message)
+
+
 def filled_show():
     show = Show(SIDE, STATE, JOINT)
     side = show.sides["transmission_1"]
@@ -139,7 +145,7 @@ def filled_show():
     state = EstimatorState(k2=267.2, k2_variance=4.0, k2_valid=True, reset_count=1, reset_reason=4, samples_fused=100)
     state.observability = ["inertia: move faster"]
     side.take_state(serialize_message(state))
-    side.take_counters(CaptureCounters(counter=[1, 2, 5]), S)
+    side.take_counters(counters(S, 1, 2, 5))
     show.take_diagnostics(complaint(2, "bus off"), S, "/vsa/")
     return show
 
@@ -189,8 +195,8 @@ def test_what_happens_to_a_transmission_is_told_with_its_time():
         state = EstimatorState(force_rejected=rejected, reset_count=3)
         set_stamp(state.header.stamp, 3 * S)
         side.take_state(serialize_message(state))
-    side.take_counters(CaptureCounters(counter=[1, 2]), 3 * S)
-    side.take_counters(CaptureCounters(counter=[5, 6]), 4 * S)
+    side.take_counters(counters(3 * S, 1, 2))
+    side.take_counters(counters(4 * S, 5, 6))
     show.watch(9.0, 9 * S)
     assert told(show.events) == [
         "transmission_2: WAITING → CONVERGING x1 note",

@@ -11,8 +11,17 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
-from vsa_common.cdr import TORQUE_Z, Reader, Writer, read_position, read_stamp, read_wrench
-from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
+from vsa_common.cdr import (
+    TORQUE_Z,
+    Reader,
+    Writer,
+    read_counters,
+    read_position,
+    read_stamp,
+    read_wrench,
+    write_counters,
+)
+from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
 STAMP = Time(sec=1_700_000_123, nanosec=987_654_321)
 STAMP_NS = 1_700_000_123_987_654_321
@@ -142,6 +151,21 @@ def test_a_joint_state_without_positions_reads_as_no_number():
     for names in ([], ["rod"]):
         stamp_ns, position = read_position(serialize_message(joint_state(names, ())))
         assert (stamp_ns, math.isnan(position)) == (STAMP_NS, True)
+
+
+@pytest.mark.parametrize("frame", ["", "transmission_1", "abc"])
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_a_batch_of_counters_is_read_in_either_byte_order(both_orders, frame, count):
+    message = CaptureCounters(stamp=[STAMP] * count, counter=[2**40 + k for k in range(count)])
+    message.header.frame_id = frame
+    message.header.stamp = STAMP if count else Time()
+    written = write_counters(frame, [STAMP_NS] * count, message.counter) if count else serialize_message(message)
+    assert deserialize_message(written, CaptureCounters) == message
+    for data in [written, serialize_message(message), *both_orders(message)]:
+        assert read_counters(data) == ([STAMP_NS] * count, [2**40 + k for k in range(count)])
+    for last in range(16, len(serialize_message(message)) - 1) if count else ():
+        with pytest.raises(struct.error):
+            read_counters(serialize_message(message)[:last])
 
 
 def test_either_byte_order_is_understood(both_orders):

@@ -16,7 +16,6 @@ from vsa_bringup.view_reason import QUIET, why_no_data
 from vsa_bringup.view_show import Show
 from vsa_common.cdr import read_position
 from vsa_common.node import STEADY
-from vsa_common.stamps import nanoseconds
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
 DEPTH = 4000  # messages that wait while this computer is busy elsewhere
@@ -76,14 +75,9 @@ class Ear:
 
     def _listen_to_side(self, name: str) -> None:
         side = self.show.sides[name]
-
-        def take_counters(data: bytes, *_: object) -> None:
-            message = deserialize_message(data, CaptureCounters)
-            side.take_counters(message, nanoseconds(message.header.stamp))
-
         self._listen(TransmissionImpedance, f"{name}/impedance", lambda data, _, now: side.take_impedance(data, now))
         self._listen(EstimatorState, f"{name}/estimator_state", lambda data, *_: side.take_state(data))
-        self._listen(CaptureCounters, f"{name}/capture_counters", take_counters, _COUNTING)
+        self._listen(CaptureCounters, f"{name}/capture_counters", lambda data, *_: side.take_counters(data), _COUNTING)
 
     def _listen(self, kind: Any, topic: str, take: Any, qos: QoSProfile = _WATCHING) -> None:
         name = topic if topic.startswith("/") else f"{self.space}/{topic}"

@@ -5,7 +5,7 @@ from typing import Any
 from vsa_bringup.view_core import Stream, lost, quantity
 from vsa_bringup.view_events import Events, Tally
 from vsa_bringup.view_part import Part
-from vsa_common.cdr import Reader
+from vsa_common.cdr import Reader, read_counters, read_stamp
 from vsa_estimator.values import Reset
 
 RATE_FILTER = 0.19  # of the force rate, what section VI implies [s]
@@ -52,9 +52,10 @@ class SideShow(Part):
             self._tally.count(text, state[name], stamp_ns)
         self._tally.count("reset", state["reset_count"], stamp_ns, "bad")
 
-    def take_counters(self, message: Any, stamp_ns: int) -> None:
-        """A batch of CaptureCounters."""
-        self._counters = lost(message.counter, self._counters)
+    def take_counters(self, data: bytes) -> None:
+        """A batch of CaptureCounters as it came."""
+        stamp_ns, (_, counters) = read_stamp(data), read_counters(data)
+        self._counters = lost(counters, self._counters)
         self._tally.count("sample lost on the bus", self._counters[1], stamp_ns, "bad")
 
     def words(self, now: float) -> dict[str, Any]:

@@ -118,9 +118,7 @@ def read_position(data: bytes) -> tuple[int, float]:
     """Stamp [ns] and the first position of a sensor_msgs/JointState, NaN where it has none."""
     order = data[1] & 1
     unpack_length = _LENGTH[order].unpack_from
-    seconds, nanoseconds, length = _STAMP_LENGTH[order].unpack_from(data, _HEAD)
-    at = _HEAD + 12 + length
-    at += -at % 4
+    at = _after_header(data, order)
     (names,) = unpack_length(data, at)
     at += 4
     for _ in range(names):
@@ -131,7 +129,36 @@ def read_position(data: bytes) -> tuple[int, float]:
     if positions:
         at += 4
         (value,) = _DOUBLE[order].unpack_from(data, at + (_HEAD - at) % 8)
-    return seconds * NANOSECONDS + nanoseconds, value
+    return read_stamp(data), value
+
+
+def read_counters(data: bytes) -> tuple[list[int], list[int]]:
+    """Stamps [ns] and counters of a vsa_msgs/CaptureCounters. Raises struct.error for one that is too short."""
+    order = data[1] & 1
+    at = _after_header(data, order)
+    (count,) = _LENGTH[order].unpack_from(data, at)
+    parts = struct.unpack_from(f"{'><'[order]}{2 * count}I", data, at + 4)
+    stamps = [seconds * NANOSECONDS + nanoseconds for seconds, nanoseconds in zip(parts[::2], parts[1::2], strict=True)]
+    at += 4 + 8 * count
+    (count,) = _LENGTH[order].unpack_from(data, at)
+    at += 4
+    counters = struct.unpack_from(f"{'><'[order]}{count}Q", data, at + (_HEAD - at) % 8) if count else ()
+    return stamps, list(counters)
+
+
+def write_counters(frame: str, stamps: Sequence[int], counters: Sequence[int]) -> bytes:
+    """A vsa_msgs/CaptureCounters with these stamps [ns], the last of which is its own, and counters."""
+    name, count = frame.encode() + b"\0", len(stamps)
+    parts = [part for stamp_ns in stamps for part in divmod(stamp_ns, NANOSECONDS)]
+    data = bytes([0, _NATIVE, 0, 0]) + struct.pack("=iII", *parts[-2:], len(name)) + name
+    data += bytes(-len(data) % 4) + struct.pack(f"={1 + 2 * count}II", count, *parts, count)
+    return data + bytes((_HEAD - len(data)) % 8) + struct.pack(f"={count}Q", *counters)
+
+
+def _after_header(data: bytes, order: int) -> int:
+    """Where the first length after a std_msgs/Header is."""
+    at = _HEAD + 12 + _LENGTH[order].unpack_from(data, _HEAD + 8)[0]
+    return at + -at % 4
 
 
 def _text(data: bytes, at: int, order: int) -> tuple[str, int]:

@@ -1,15 +1,12 @@
 """Samples to topics."""
 
-from array import array
-
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
+from vsa_common.cdr import write_counters
 from vsa_common.node import RELIABLE
-from vsa_common.stamps import NANOSECONDS
 from vsa_driver.capture import JointSample, MotorSample, Sample
 from vsa_driver.prepared import Prepared
 from vsa_msgs.msg import CaptureCounters
@@ -22,9 +19,9 @@ class TransmissionTopics:
     """Force and encoder of one transmission, with one stamp, and which frame each came from."""
 
     def __init__(self, node: Node, name: str) -> None:
+        self._name = name
         self._wrench = _torsor(name, force=Vector3(x=_MARKS[0]))
         self._position = _positions(name, [name])
-        self._counters = CaptureCounters(header=Header(frame_id=name))
         self._force = node.create_publisher(WrenchStamped, f"{name}/force", RELIABLE)
         self._encoder = node.create_publisher(JointState, f"{name}/encoder", RELIABLE)
         self._captured = node.create_publisher(CaptureCounters, f"{name}/capture_counters", RELIABLE)
@@ -45,10 +42,8 @@ class TransmissionTopics:
         """Send the numbers collected since the last time."""
         batch, self._batch = self._batch, []
         if batch:
-            self._counters.stamp = [_time(sample.stamp_ns) for sample in batch]
-            self._counters.counter = array("Q", [sample.number for sample in batch])
-            self._counters.header.stamp = self._counters.stamp[-1]
-            self._captured.publish(self._counters)
+            stamps, numbers = [sample.stamp_ns for sample in batch], [sample.number for sample in batch]
+            self._captured.publish(write_counters(self._name, stamps, numbers))
 
 
 class RigTopics:
@@ -92,8 +87,3 @@ def _positions(frame: str, names: list[str]) -> Prepared:
 
 def _torsor(frame: str, **part: Vector3) -> Prepared:
     return Prepared(WrenchStamped(header=Header(frame_id=frame), wrench=Wrench(**part)), _MARKS[:1])
-
-
-def _time(stamp_ns: int) -> Time:
-    seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-    return Time(sec=seconds, nanosec=nanoseconds)

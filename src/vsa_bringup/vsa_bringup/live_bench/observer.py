@@ -7,12 +7,11 @@ from functools import partial
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from vsa_bringup.live_bench.cast import COMPOSED, Case
 from vsa_bringup.live_bench.score import Heard
-from vsa_common.cdr import Reader
+from vsa_common.cdr import Reader, read_counters
 from vsa_common.node import RELIABLE
-from vsa_common.stamps import NANOSECONDS, nanoseconds
+from vsa_common.stamps import NANOSECONDS
 from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 SIDES = ("transmission_1", "transmission_2")
@@ -85,6 +84,5 @@ def _numbers(batches: Sequence[bytes]) -> dict[int, int]:
     """Number of each sample by its capture stamp."""
     numbers: dict[int, int] = {}
     for data in batches:
-        message = deserialize_message(data, CaptureCounters)
-        numbers.update(zip(map(nanoseconds, message.stamp), map(int, message.counter), strict=True))
+        numbers.update(zip(*read_counters(data), strict=True))
     return numbers
