@@ -356,6 +356,7 @@ def warm_up() -> None:
         tracker.correct_force(30.0, 1e-4, 1e-10, 0.01)
     tracker.report(0.001, 1e-3, np.zeros(16))
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
-    jerk = JerkDensity()
-    jerk.add(0.01, 1e-10, 0.01)
-    jerk.add(0.01, 1e-10, 0.01)
+    trust, jerk = Trust(100.0), JerkDensity()
+    for stamp_ns in range(0, 10**9, 10**7):
+        trust.weigh(tracker, 1e-9 * stamp_ns, Block(stamp_ns, 0.01, 30.0, 1, 1), False)
+        jerk.add(0.01, 1e-10, 0.01)

@@ -10,6 +10,8 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from vsa_common.accel import compiled
 from vsa_estimator.model import COULOMB_SPEED, Array, maximum_speed
 
 WINDOWS = (0.12, 0.5, 3.0)  # means of the residual force are taken over these [s]
@@ -193,58 +195,96 @@ class Witness:
     def _look(self) -> None:
         time, residual, _, moving = self._residuals()
         friction = STICTION * float(self._kept[0].mean[6])
-        residual = np.where(moving, residual, np.sign(residual) * np.maximum(np.abs(residual) - friction, 0.0))
         for index, window in enumerate(WINDOWS):
-            first = int(np.searchsorted(time, time[-1] - window)) if time.size else 0
-            enough = time.size - first >= 3 and time[-1] - time[first] > 0.8 * window - 2.0 * PERIOD
-            self._means[index] = float(residual[first:].mean()) if enough else None
+            first, mean = mean_residual(time, residual, moving, friction, window)
+            self._means[index] = mean if first >= 0 else None
             if index == DECIDES:
-                self._doubtful = self._uncertainty(first) if enough else 0.0
+                self._doubtful = doubt(*self._kept[0], self._motion, first) if first >= 0 else 0.0
 
-    def _residuals(self) -> tuple[Array, Array, Array, Array]:
+    def _residuals(self) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
         """Time, measured minus expected force, stiffness, and whether it moves, where there is a fresh force."""
-        nothing = np.zeros(0)
-        time, deflection, force = self._rows.view
-        if time.size < 5 or self.kept is None:
+        if self.kept is None or self._rows.view.shape[1] < 5:
+            nothing = np.zeros(0)
             return nothing, nothing, nothing, nothing.astype(bool)
-        half = max(1, round(0.5 * BASE * (time.size - 1) / float(time[-1] - time[0])))
-        if time.size <= 2 * half:
-            return nothing, nothing, nothing, nothing.astype(bool)
-        span = time[2 * half :] - time[: -2 * half]
-        middle, before, after = deflection[half:-half], deflection[: -2 * half], deflection[2 * half :]
-        velocity = (after - before) / span
-        acceleration = 4.0 * (after - 2.0 * middle + before) / span**2
-        smooth = np.convolve(deflection, np.full(2 * (half // 2) + 1, 1.0 / (2 * (half // 2) + 1)), "same")[half:-half]
-        self._motion = smooth, velocity, acceleration
-        expected, stiffness = _law(self.kept, smooth, velocity, acceleration)
-        fastest = FAST * maximum_speed(float(self.kept.mean[2]), float(self.kept.mean[3]))
-        blur = 0.25 * BASE * np.abs(acceleration)
-        brisk = (np.abs(velocity) + blur >= fastest) | (blur * float(self.kept.mean[2]) > BLURRED)
-        brisk = np.convolve(brisk, np.ones(4 * half + 1))[2 * half : -2 * half] > 0.5  # before and after, too
-        good = np.isfinite(force[half:-half]) & (span < 2.0 * BASE) & ~brisk
-        self._motion = smooth[good], velocity[good], acceleration[good]
-        residual = force[half:-half] - expected
-        return time[half:-half][good], residual[good], stiffness[good], np.abs(velocity[good]) > SLOW
-
-    def _uncertainty(self, first: int) -> float:
-        """Standard deviation of the mean expected force that the coefficients' own uncertainty makes [N]."""
-        kept = self._kept[0]
-        x, v, a = (part[first:] for part in self._motion)
-        s, k2 = kept.mean[:2]
-        dx = x - kept.reference
-        sigma = np.exp(np.clip(s + k2 * dx, -20.0, 25.0))
-        columns = (sigma / k2, sigma / k2 * (dx - 1.0 / k2), v, v**3, a, np.ones_like(x), np.tanh(v / COULOMB_SPEED))
-        gradient = np.array([column.mean() for column in columns])
-        return math.sqrt(max(float(gradient @ kept.covariance @ gradient), 0.0))
+        found = residuals(self._rows.view, self.kept.mean, self.kept.reference)
+        time, residual, stiffness, moving, self._motion = found
+        return time, residual, stiffness, moving
 
 
-def _law(known: Coefficients, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
-    """Force of eq. (6) [N] and stiffness of eq. (3) [N/m]; beyond v* the damper holds its greatest force."""
-    s, k2, d1, d2, mass, offset, coulomb = known.mean.tolist()
-    sigma = np.exp(np.clip(s + k2 * (x - known.reference), -20.0, 25.0))
+@compiled
+def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array, Array, NDArray[np.bool_], Array]:
+    """Where there is a fresh force: time, measured minus expected force, stiffness, whether it moves, and x, v, a.
+
+    The force is that of eq. (6), the stiffness that of eq. (3); beyond v* the damper holds its greatest force.
+    """
+    time, deflection, force = rows[0], rows[1], rows[2]
+    half = max(1, round(0.5 * BASE * (time.size - 1) / (time[-1] - time[0])))
+    count = max(0, time.size - 2 * half)
+    span = time[2 * half :] - time[:count]
+    before, middle, after = deflection[:count], deflection[half : half + count], deflection[2 * half :]
+    v = (after - before) / span
+    a = 4.0 * (after - 2.0 * middle + before) / span**2
+    around = half // 2
+    x = np.zeros(count)
+    for shift in range(-around, around + 1):
+        x += deflection[half + shift : half + shift + count]
+    x /= 2 * around + 1
+
+    s, k2, d1, d2, mass, offset, coulomb = mean
+    sigma = np.exp(np.minimum(np.maximum(s + k2 * (x - reference), -20.0), 25.0))
     speed = maximum_speed(d1, d2)
-    c = np.clip(v, -speed, speed)
-    return sigma / k2 + d1 * c + d2 * c**3 + mass * a + offset + coulomb * np.tanh(v / COULOMB_SPEED), sigma
+    c = np.minimum(np.maximum(v, -speed), speed)
+    friction = coulomb * np.tanh(v / COULOMB_SPEED)
+    residual = force[half : half + count] - (sigma / k2 + d1 * c + d2 * c**3 + mass * a + offset + friction)
+
+    blur = 0.25 * BASE * np.abs(a)
+    brisk = (np.abs(v) + blur >= FAST * speed) | (blur * d1 > BLURRED)
+    good = np.isfinite(residual) & (span < 2.0 * BASE)
+    until = -1  # brisk tells of what comes before and after it, too
+    for i in range(count):
+        if brisk[i]:
+            good[max(0, i - 2 * half) : i] = False
+            until = i + 2 * half
+        if i <= until:
+            good[i] = False
+    time, moving = time[half : half + count], np.abs(v) > SLOW
+    return time[good], residual[good], sigma[good], moving[good], np.stack((x[good], v[good], a[good]))
+
+
+@compiled
+def mean_residual(
+    time: Array, residual: Array, moving: NDArray[np.bool_], friction: float, window: float
+) -> tuple[int, float]:
+    """The first row in the last `window` [s], -1 for too few, and their mean [N]; at rest, friction [N] hides some."""
+    if time.size == 0:
+        return -1, 0.0
+    first = int(np.searchsorted(time, time[-1] - window))
+    if time.size - first < 3 or time[-1] - time[first] <= 0.8 * window - 2.0 * PERIOD:
+        return -1, 0.0
+    total = 0.0
+    for i in range(first, time.size):
+        rest = residual[i]
+        total += rest if moving[i] else np.sign(rest) * max(abs(rest) - friction, 0.0)
+    return first, total / (time.size - first)
+
+
+@compiled
+def doubt(mean: Array, covariance: Array, reference: float, motion: Array, first: int) -> float:
+    """Standard deviation of the mean expected force from row `first` on that the coefficients' own makes [N]."""
+    gradient = np.zeros(7)
+    for i in range(first, motion.shape[1]):
+        x, v, a = motion[:, i]
+        dx = x - reference
+        spring = np.exp(min(max(mean[0] + mean[1] * dx, -20.0), 25.0)) / mean[1]
+        gradient[0] += spring
+        gradient[1] += spring * (dx - 1.0 / mean[1])
+        gradient[2] += v
+        gradient[3] += v**3
+        gradient[4] += a
+        gradient[5] += 1.0
+        gradient[6] += np.tanh(v / COULOMB_SPEED)
+    gradient /= motion.shape[1] - first
+    return float(np.sqrt(max(float(gradient @ covariance @ gradient), 0.0)))
 
 
 def _ripple(values: Array, width: int) -> float:
