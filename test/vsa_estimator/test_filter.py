@@ -102,10 +102,14 @@ class Reference:
         )
         ekf.predict()
 
-    def update(self, measured, gradient, expected, noise, free, steepness):
-        """Gate, filterpy's update, then Schmidt: where a gain is barred, Joseph's form once more with it at 0."""
+    def update(self, measured, gradient, expected, noise, free, steepness, own=0.0):
+        """Gate, filterpy's update, then Schmidt: where a gain is barred, Joseph's form once more with it at 0.
+
+        `own` noise makes the gain smaller, the covariance does not know it.
+        """
         ekf = self.force
         prior, covariance, row = ekf.x.copy(), ekf.P.copy(), gradient.reshape(1, -1)
+        noise += own
         variance = (row @ covariance @ row.T).item() + noise
         nis = (measured - expected) ** 2 / variance
         if nis > 100.0:
@@ -113,11 +117,11 @@ class Reference:
         if nis > 16.0:
             noise += variance * ((nis / 16.0) ** steepness - 1.0)
         ekf.update(np.array([[measured]]), lambda _: row, lambda _: np.array([[expected]]), R=np.array([[noise]]))
-        if not free.all():
+        if own or not free.all():
             gain = ekf.K * free.reshape(-1, 1)
             keep = np.eye(SIZE) - gain @ row
             ekf.x = prior + gain * (measured - expected)
-            ekf.P = keep @ covariance @ keep.T + gain * noise @ gain.T
+            ekf.P = keep @ covariance @ keep.T + gain * (noise - own) @ gain.T
 
     def free(self):
         """1 for what the present motion can tell apart, 0 for what it cannot."""
@@ -139,10 +143,10 @@ class Reference:
         reversal = friction * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
         bent = np.trace(hessian @ p @ hessian @ p) / 2.0
         own = step.OWN_NOISE * gradient[0] ** 2 * deflection_noise
-        total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + own + bent
+        total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + bent
         free = self.free()
         free[7] *= abs(z[2]) * np.sqrt(p[7, 7]) >= 0.2 * np.sqrt(noise)
-        self.update(measured, gradient, expected + np.trace(hessian @ p) / 2.0, total, free, 2.0)
+        self.update(measured, gradient, expected + np.trace(hessian @ p) / 2.0, total, free, 2.0, own)
         z = self.force.x[:, 0]
         z[4], z[5], z[7], z[9] = max(z[4], 20.0), max(z[5], 50.0), max(z[7], 0.0), max(z[9], 0.0)
 

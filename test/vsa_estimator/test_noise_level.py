@@ -43,7 +43,7 @@ def test_the_jerk_density_of_a_simulated_white_jerk_is_found_within_a_decade():
     rng = np.random.default_rng(5)
     density, dt = 1e-3, 0.01
     x = v = a = 0.0
-    jerk = JerkDensity(memory=1)
+    jerk = JerkDensity()
     for k in range(2000):
         step = np.sqrt(density * dt) * rng.standard_normal()
         x, v, a = x + dt * v + dt * dt / 2.0 * a, v + dt * a, a + step

@@ -20,14 +20,14 @@ SOFT_GATE = 16.0  # normalised innovation squared from which a measurement count
 HARD_GATE = 100.0  # and from which it is rejected
 
 # Drift of [s k2 d1 d2 M F0 d0] a second: what keeps the filter awake over hours, far below what it knows in one.
-DRIFT = np.array([1e-9, 1e-5, 0.1, 1e9, 0.0, 1e-6, 1e-7])
+DRIFT = np.array([2.5e-10, 2.5e-6, 0.025, 2.5e8, 0.0, 2.5e-7, 2.5e-8])
 
 REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
 REVERSAL_SPEED = 0.15e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
 LEAST_REVERSAL_FORCE = 0.03  # ... by about the friction itself, and by this at least [N] ...
 REVERSAL_TIME = 0.01  # ... and stays so for this long [s]
 
-OWN_NOISE = 0.5  # share of the encoder's noise that the state has taken in and that comes back through the stiffness
+OWN_NOISE = 0.5  # share of the encoder's noise, through the stiffness, by which a force counts for less
 
 LEAST_STROKE = 0.6  # k2 x stroke under which a bent spring looks like a straight one
 STROKE_MEMORY = 20.0  # time constant of the stroke that the filter remembers [s]
@@ -136,8 +136,9 @@ def correct_force(
 
     pull is what the state would be off by, had the friction another form: no noise, it never averages out.
 
-    Second order: the mean and the variance of the law's curvature under p go into innovation and noise. So does the
-    encoder's noise through the stiffness: without it the stiffness drifts off by 0.1 % on a short stroke.
+    Second order: the mean and the variance of the law's curvature under p go into innovation and noise. A force counts
+    for less by the encoder's noise through the stiffness: else the stiffness drifts off by 0.1 % on a short stroke. The
+    covariance is that of the gain so found, with the noise that there is.
     """
     gradient = np.zeros(SIZE)
     hessian = np.zeros((SIZE, SIZE))
@@ -150,15 +151,11 @@ def correct_force(
     spread = np.sum(curvature * curvature.T)
     friction = max(z[9] + np.sqrt(p[9, 9]), LEAST_REVERSAL_FORCE)
     reversal = friction * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
-    noise = (
-        noise_variance
-        + reversal * reversal * max(1.0, REVERSAL_TIME / dt)
-        + OWN_NOISE * gradient[0] * gradient[0] * deflection_variance
-        + 0.5 * max(spread, 0.0)
-    )
+    own = OWN_NOISE * gradient[0] * gradient[0] * deflection_variance
+    noise = noise_variance + reversal * reversal * max(1.0, REVERSAL_TIME / dt) + 0.5 * max(spread, 0.0)
     innovation = measured - expected - 0.5 * mean
     ph = p @ gradient
-    variance = gradient @ ph + noise
+    variance = gradient @ ph + noise + own
     nis = innovation * innovation / variance
     monitor[0] = innovation
     monitor[1] = variance
@@ -172,7 +169,7 @@ def correct_force(
         gain[7] = 0.0
     if pull is not None:
         pull -= gain * (gradient @ pull - friction_form(z, blur))
-    correct(z, p, ph, gain, innovation, variance)
+    correct(z, p, ph, gain, innovation, variance - own)
     z[4] = max(z[4], 20.0)
     z[5] = max(z[5], 50.0)
     z[7] = max(z[7], 0.0)

@@ -10,7 +10,7 @@ from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
 CANDIDATES: Array = np.logspace(-8.0, 1.0, 19).astype(np.float64)  # [m^2/s^5]
-LEAST = 1e-5  # the filter never assumes less [m^2/s^5]
+LEAST = 1e-6  # the filter never assumes less [m^2/s^5]
 STARTLED = 4.0  # leaky mean of the deflection's normalised innovation squared that tells of a sudden motion
 _STARTLE_GAIN, _STARTLE_LOUD = 0.3, 10.0  # one loud sample alone does not startle
 _LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
@@ -50,15 +50,14 @@ def advance(bank: Array, density: Array, likelihood: Array, measured: float, noi
 
 
 class JerkDensity:
-    """Running jerk density: the largest of the last `memory` windows' most likely values."""
+    """Running jerk density: the most likely one of the last few windows."""
 
-    def __init__(self, windows: int = 6, memory: int = 20) -> None:
+    def __init__(self, windows: int = 6) -> None:
         """A window is what lies between two calls of `refresh`; likelihoods reach back over `windows` of them."""
         self.density = 1e-3
         self._bank: Array = np.zeros((9, CANDIDATES.size))
         self._likelihood = np.zeros(CANDIDATES.size)
         self._recent: deque[Array] = deque(maxlen=windows)
-        self._best: deque[float] = deque(maxlen=memory)
         self._started = False
         self._surprise = 1.0
 
@@ -94,6 +93,5 @@ class JerkDensity:
         """Close a window; the density [m^2/s^5] to use from now on."""
         self._recent.append(self._likelihood.copy())
         self._likelihood[:] = 0.0
-        self._best.append(float(CANDIDATES[int(np.argmax(sum(self._recent)))]))
-        self.density = max(LEAST, max(self._best))
+        self.density = max(LEAST, float(CANDIDATES[int(np.argmax(sum(self._recent)))]))
         return self.density
