@@ -13,10 +13,10 @@ import numpy as np
 from vsa_bringup.report_data import Run, read_run
 from vsa_bringup.report_figures import plates
 from vsa_bringup.report_page import page
-from vsa_bringup.report_prints import beside
 from vsa_bringup.report_tables import Table, health_table, joint_table, table_1
 from vsa_bringup.report_truth import Truths, read_truth
 from vsa_common.bags import BagError
+from vsa_common.copies import Copies, Tell
 from vsa_common.figures import lay_out, save, save_pdf, text_page
 from vsa_common.tables import TableError
 from vsa_common.terminal import progress
@@ -67,17 +67,18 @@ def write(
     def write_page() -> None:
         target.write_text(page(title, lead, warnings(run), tables, drawn, _texts(run)), encoding="utf-8")
 
-    def write_pdf() -> None:
+    def write_pdf(_: Tell) -> None:
         first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
         save_pdf([first, *(plate.figure for plate in drawn)], out / "report.pdf")
 
-    def write_pictures() -> None:
+    def write_pictures(_: Tell) -> None:
         for plate in drawn:
             save(plate.figure, out / "figures" / f"{plate.name}.png")
 
     tell("writing page, PDF and pictures")
-    with beside(*([write_pdf, write_pictures] if prints else [])):
-        write_page()
+    beside = Copies(*([write_pdf, write_pictures] if prints else []))
+    write_page()
+    beside.results()
     return target
 
 

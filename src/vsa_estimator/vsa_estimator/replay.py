@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 import time
+from functools import partial
 from itertools import chain
 from operator import itemgetter
 from pathlib import Path
@@ -13,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.bags import BagError
 from vsa_common.configuration import ConfigurationError, build, node_values
+from vsa_common.copies import Copies, Tell
 from vsa_common.tables import TableError, write_columns
-from vsa_common.terminal import Bar, progress
+from vsa_common.terminal import progress
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.recordings import Recording, RecordingError, read_recordings
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
@@ -36,8 +38,8 @@ FIELDS = {
 WHOLE = ("status", "stiffness_valid", "damping_valid", "inertia_valid")
 
 
-def replay(recording: Recording, config: EstimatorConfig, bar: Bar) -> tuple[dict[str, NDArray[Any]], State]:
-    """Output columns of the samples that were used, one row each, and the state at the end."""
+def replay(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[dict[str, NDArray[Any]], State]:
+    """Output columns of the samples that were used, one row each, and the state at the end; `tell` hears how many."""
     estimator = create_estimator(config)
     pick = itemgetter(*(Estimate._fields.index(field) for field in FIELDS.values()))
     chunks, used = [], np.zeros(len(recording), dtype=bool)
@@ -51,12 +53,17 @@ def replay(recording: Recording, config: EstimatorConfig, bar: Bar) -> tuple[dic
         used[part] = [estimate is not None for estimate in estimates]
         picked = chain.from_iterable(map(pick, filter(None, estimates)))
         chunks.append(np.fromiter(picked, dtype=float).reshape(-1, len(FIELDS)))
-        bar.advance(len(estimates))
+        tell(len(estimates))
     table = np.concatenate(chunks).T
     columns: dict[str, NDArray[Any]] = {"stamp": recording.stamp[used]}
     for name, values in zip(FIELDS, table, strict=True):
         columns[name] = np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in WHOLE else values
     return columns, estimator.state()
+
+
+def _timed(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[dict[str, NDArray[Any]], State, float]:
+    began = time.perf_counter()
+    return *replay(recording, config, tell), time.perf_counter() - began
 
 
 def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
@@ -117,16 +124,14 @@ def _run(arguments: argparse.Namespace) -> int:
     recordings = read_recordings(arguments.input, arguments.transmission)
     configs = [configuration(recording.transmission, arguments.config) for recording in recordings]
     arguments.out.mkdir(parents=True, exist_ok=True)
-    summary = {}
+    works = [partial(_timed, *pair) for pair in zip(recordings, configs, strict=True)]
     with progress(sum(map(len, recordings)), "replay") as bar:
-        for recording, config in zip(recordings, configs, strict=True):
-            bar.advance(0, recording.transmission)
-            began = time.perf_counter()
-            columns, state = replay(recording, config, bar)
-            write_columns(arguments.out / f"{recording.transmission}.csv", columns)
-            seconds = time.perf_counter() - began
-            summary[recording.transmission] = summarise(recording, columns, state, seconds)
-            summary[recording.transmission]["formulation"] = config.formulation
+        found = Copies(*works).results(bar.advance) if len(works) > 1 else [work(bar.advance) for work in works]
+    summary = {}
+    for recording, config, (columns, state, seconds) in zip(recordings, configs, found, strict=True):
+        write_columns(arguments.out / f"{recording.transmission}.csv", columns)
+        summary[recording.transmission] = summarise(recording, columns, state, seconds)
+        summary[recording.transmission]["formulation"] = config.formulation
     (arguments.out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
     for name, one in summary.items():
         k2 = one["coefficients"]["k2"]
