@@ -12,12 +12,13 @@ from vsa_estimator.values import Reset
 
 @cache
 def fed(spoil=None):
-    """The estimator after 45 s; at 13 s, when it knows, `spoil` gets its tracker."""
-    recording = record(TRANSMISSION_1, MULTISINE, 45.0)
+    """The estimator after 60 s; at 20 s, when it knows, `spoil` gets its tracker."""
+    recording = record(TRANSMISSION_1, MULTISINE, 60.0)
     estimator = Estimator(wrong_start(TRANSMISSION_1))
     samples = zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
     for index, sample in enumerate(samples):
-        if index == 1300 and spoil:
+        if index == 2000 and spoil:
+            assert estimator._tracker.knows
             spoil(estimator._tracker)
         estimate = estimator.add(*sample)
     return estimator, estimate

@@ -68,7 +68,7 @@ class Learner:
         bent = fit.stroke * fit.mean[1]
         elastic = max(self._greatest_force - fit.mean[5], 1.0)
         error = (fit.ln_k2_std * bent) ** 2 / 8.0 * elastic
-        tolerated = 0.25 * force_noise_std * max(1.0, self._duration / 20.0) ** 2
+        tolerated = 0.06 * force_noise_std * max(1.0, self._duration / 20.0) ** 2
         known = fit.ln_k2_std < 0.1 and fit.covariance[0, 0] < 0.01
         known &= fit.covariance[2, 2] < (SURE_DAMPING * fit.mean[2]) ** 2
         return bool(error < tolerated and known and bent > LEAST_STROKE)
