@@ -51,17 +51,23 @@ class Recording:
         return float(self.stamp[-1] - self.stamp[0])
 
 
+def transmissions(path: Path, transmission: str | None = None) -> list[str]:
+    """Names of the transmissions that a CSV file (one) or a bag holds, or just the one named. Raises as below."""
+    if path.suffix.lower() == ".csv":
+        return [transmission or "transmission_1"]
+    if path.is_dir() or path.suffix in (".mcap", ".db3"):
+        return list(_sources(path, transmission))
+    missing = "no such file" if not path.exists() else "no recording"
+    raise RecordingError(f"{path}: {missing}; expected a .csv, .mcap or .db3 file, or the folder of a bag")
+
+
 def read_recordings(path: Path, transmission: str | None = None) -> list[Recording]:
     """The recordings in a CSV file (one) or a bag (one a transmission, or just the one named).
 
     Raises RecordingError, TableError or BagError with one line that says what is wrong.
     """
-    if path.suffix.lower() == ".csv":
-        return [read_csv(path, transmission or "transmission_1")]
-    if path.is_dir() or path.suffix in (".mcap", ".db3"):
-        return read_bag(path, transmission)
-    missing = "no such file" if not path.exists() else "no recording"
-    raise RecordingError(f"{path}: {missing}; expected a .csv, .mcap or .db3 file, or the folder of a bag")
+    names = transmissions(path, transmission)
+    return [read_csv(path, *names)] if path.suffix.lower() == ".csv" else read_bag(path, transmission)
 
 
 def read_csv(path: Path, transmission: str) -> Recording:

@@ -18,7 +18,7 @@ from vsa_common.copies import Copies, Tell
 from vsa_common.tables import TableError, write_columns
 from vsa_common.terminal import progress
 from vsa_estimator.formulations import create_estimator
-from vsa_estimator.recordings import Recording, RecordingError, read_recordings
+from vsa_estimator.recordings import Recording, RecordingError, read_recordings, transmissions
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
 from vsa_estimator.values import Estimate, State
 
@@ -39,7 +39,7 @@ WHOLE = ("status", "stiffness_valid", "damping_valid", "inertia_valid")
 
 
 def replay(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[dict[str, NDArray[Any]], State]:
-    """Output columns of the samples that were used, one row each, and the state at the end; `tell` hears how many."""
+    """Output columns of the samples that were used, one row each, and the state at the end; `tell` hears shares."""
     estimator = create_estimator(config)
     pick = itemgetter(*(Estimate._fields.index(field) for field in FIELDS.values()))
     chunks, used = [], np.zeros(len(recording), dtype=bool)
@@ -53,17 +53,12 @@ def replay(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[d
         used[part] = [estimate is not None for estimate in estimates]
         picked = chain.from_iterable(map(pick, filter(None, estimates)))
         chunks.append(np.fromiter(picked, dtype=float).reshape(-1, len(FIELDS)))
-        tell(len(estimates))
+        tell(len(estimates) / len(recording))
     table = np.concatenate(chunks).T
     columns: dict[str, NDArray[Any]] = {"stamp": recording.stamp[used]}
     for name, values in zip(FIELDS, table, strict=True):
         columns[name] = np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in WHOLE else values
     return columns, estimator.state()
-
-
-def _timed(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[dict[str, NDArray[Any]], State, float]:
-    began = time.perf_counter()
-    return *replay(recording, config, tell), time.perf_counter() - began
 
 
 def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
@@ -121,17 +116,14 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    recordings = read_recordings(arguments.input, arguments.transmission)
-    configs = [configuration(recording.transmission, arguments.config) for recording in recordings]
+    names = transmissions(arguments.input, arguments.transmission)
+    works = [partial(_replay, arguments.input, name, configuration(name, arguments.config)) for name in names]
     arguments.out.mkdir(parents=True, exist_ok=True)
-    works = [partial(_timed, *pair) for pair in zip(recordings, configs, strict=True)]
-    with progress(sum(map(len, recordings)), "replay") as bar:
+    with progress(len(works), "replay") as bar:
         found = Copies(*works).results(bar.advance) if len(works) > 1 else [work(bar.advance) for work in works]
-    summary = {}
-    for recording, config, (columns, state, seconds) in zip(recordings, configs, found, strict=True):
-        write_columns(arguments.out / f"{recording.transmission}.csv", columns)
-        summary[recording.transmission] = summarise(recording, columns, state, seconds)
-        summary[recording.transmission]["formulation"] = config.formulation
+    for name, (columns, _) in zip(names, found, strict=True):
+        write_columns(arguments.out / f"{name}.csv", columns)
+    summary = {name: one for name, (_, one) in zip(names, found, strict=True)}
     (arguments.out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
     for name, one in summary.items():
         k2 = one["coefficients"]["k2"]
@@ -140,10 +132,21 @@ def _run(arguments: argparse.Namespace) -> int:
             f"{name}: {one['rows_used']} of {one['rows_read']} samples in {one['replayed_in_s']:.1f} s, "
             f"{one['status']}, k2 {k2['value']:.5g} +- {k2['std']:.2g} 1/m{reason}"
         )
-    if not all(recording.complete for recording in recordings):
+    if not all(one["complete"] for one in summary.values()):
         print(f"replay: {arguments.input}: the bag was cut off; what it holds was replayed", file=sys.stderr)
         return 1
     return 0
+
+
+def _replay(
+    path: Path, transmission: str, config: EstimatorConfig, tell: Tell
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Output columns and summary of one transmission of a recording."""
+    (recording,) = read_recordings(path, transmission)
+    began = time.perf_counter()
+    columns, state = replay(recording, config, tell)
+    summary = summarise(recording, columns, state, time.perf_counter() - began)
+    return columns, summary | {"formulation": config.formulation}
 
 
 def _installed_configuration() -> list[Path]:
