@@ -20,6 +20,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds
+from vsa_common.throttled import PERIOD_NS
 from vsa_driver.bus import BusConfig, MalformedFrame, open_bus
 from vsa_driver.frames import RIG_DBC
 from vsa_msgs.msg import CaptureCounters
@@ -193,12 +194,12 @@ def test_joint_and_motors_are_published_in_si(fresh):
     assert dict(zip(motor.name, motor.position, strict=True)) == pytest.approx({"motor_1": 0.5, "motor_2": -0.25})
 
 
-def test_viewers_get_the_angle_twenty_times_a_second(fresh):
+def test_viewers_get_the_angle_at_their_pace(fresh):
     fresh.until(lambda: len(fresh.heard["joint_states_throttle"]) > 4)
-    seen = {nanoseconds(message.header.stamp) for message in fresh.heard["joint_states"]}
     stamps = [nanoseconds(message.header.stamp) for message in fresh.heard["joint_states_throttle"]]
-    assert set(stamps[1:]) <= seen
-    assert min(np.diff(stamps)) >= 50_000_000
+    fresh.until(lambda: nanoseconds(fresh.heard["joint_states"][-1].header.stamp) >= stamps[-1])
+    assert set(stamps) <= {nanoseconds(message.header.stamp) for message in fresh.heard["joint_states"]}
+    assert len({stamp // PERIOD_NS for stamp in stamps}) == len(stamps)
 
 
 def test_no_command_reaches_the_bus_before_arming_and_the_first_after_it_is_the_measured_position(fresh):
@@ -323,4 +324,5 @@ def test_sigterm_ends_a_busy_driver_cleanly(bench):
     process.terminate()
     bench.until(lambda: process.poll() is not None)
     assert process.returncode == 0
-    assert process.stderr.read() == ""
+    said = process.stderr.read().splitlines()  # a starved machine delays frames, and the driver says so
+    assert [line for line in said if "in the last second" not in line] == []

@@ -16,13 +16,13 @@ from vsa_bringup.view_reason import QUIET, why_no_data
 from vsa_bringup.view_show import Show
 from vsa_common.cdr import read_position
 from vsa_common.node import STEADY
+from vsa_common.throttled import SUFFIX
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
 DEPTH = 4000  # messages that wait while this computer is busy elsewhere
 WATCH = 0.1  # seconds between two looks for silence
 _WATCHING = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)  # never holds a controller up
 _COUNTING = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)  # what is lost here is no lost frame
-_NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _JOINT = re.compile(r"(?P<space>.*)/(joint_impedance|transmission_\d/impedance)")
 _KINDS = ("vsa_msgs/msg/JointImpedance", "vsa_msgs/msg/TransmissionImpedance")
 
@@ -37,10 +37,12 @@ class Ear:
         kinds = (TransmissionImpedance, EstimatorState, JointImpedance)
         self.show = Show(*(kind.get_fields_and_field_types() for kind in kinds))
         self._node = node
-        self._takers: list[tuple[Any, Taker]] = []
+        self._takers: dict[str, tuple[Any, Taker]] = {}
         self._watched = 0.0
-        self._listen(JointImpedance, "joint_impedance", self.show.joint.take_impedance)
-        self._sees_angle = False
+        self._throttled: list[tuple[Any, str, Any]] = [
+            (JointImpedance, "joint_impedance", self.show.joint.take_impedance),
+            (JointState, "joint_states", self._take_angle),
+        ]
         self._listen(DiagnosticArray, "/diagnostics", self._take_diagnostics)
         for name in self.show.sides:
             self._listen_to_side(name)
@@ -48,13 +50,13 @@ class Ear:
     def poll(self) -> None:
         """Take everything that has arrived."""
         now = 1e-9 * STEADY.now().nanoseconds
-        for subscription, take in self._takers:
+        for subscription, take in self._takers.values():
             with subscription.handle:
                 while (found := subscription.handle.take_message(subscription.msg_type, True)) is not None:
                     take(found[0], found[1]["received_timestamp"], now)
         if now - self._watched > WATCH:
             self._watched = now
-            self._look_for_angle()
+            self._look_for_slower_topics()
             self.show.watch(now, time.time_ns())
 
     def words(self) -> dict[str, Any]:
@@ -75,20 +77,27 @@ class Ear:
 
     def _listen_to_side(self, name: str) -> None:
         side = self.show.sides[name]
-        self._listen(TransmissionImpedance, f"{name}/impedance", lambda data, _, now: side.take_impedance(data, now))
+        self._throttled.append(
+            (TransmissionImpedance, f"{name}/impedance", lambda data, _, now: side.take_impedance(data, now))
+        )
         self._listen(EstimatorState, f"{name}/estimator_state", lambda data, *_: side.take_state(data))
         self._listen(CaptureCounters, f"{name}/capture_counters", lambda data, *_: side.take_counters(data), _COUNTING)
 
     def _listen(self, kind: Any, topic: str, take: Any, qos: QoSProfile = _WATCHING) -> None:
         name = topic if topic.startswith("/") else f"{self.space}/{topic}"
-        self._takers.append((self._node.create_subscription(kind, name, print, qos, raw=True), take))
+        self._takers[topic] = self._node.create_subscription(kind, name, print, qos, raw=True), take
 
-    def _look_for_angle(self) -> None:
-        """The angle at a viewer's pace; as the sensor has it where the driver is another's."""
-        for topic in ("joint_states_throttle", "joint_states"):
-            if not self._sees_angle and self._node.count_publishers(f"{self.space}/{topic}"):
-                self._sees_angle = True
-                self._listen(JointState, topic, self._take_angle, _NEWEST)
+    def _look_for_slower_topics(self) -> None:
+        """Listen at a viewer's pace where somebody publishes so; to the whole topic of an older bag, say."""
+        for kind, topic, take in self._throttled:
+            slower = topic + SUFFIX
+            for one, other in ((slower, topic), (topic, slower)):
+                if self._node.count_publishers(f"{self.space}/{one}"):
+                    if one not in self._takers:
+                        self._listen(kind, one, take)
+                    if other in self._takers:
+                        self._node.destroy_subscription(self._takers.pop(other)[0])
+                    break
 
     def _take_angle(self, data: bytes, *_: object) -> None:
         self.show.joint.angle = read_position(data)[1]

@@ -7,11 +7,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from vsa_common.cdr import write_counters
 from vsa_common.node import RELIABLE
+from vsa_common.throttled import Throttled
 from vsa_driver.capture import JointSample, MotorSample, Sample
 from vsa_driver.prepared import Prepared
 from vsa_msgs.msg import CaptureCounters
 
-VIEW_NS = 50_000_000  # between two angles for viewers: who only looks shall not cost what a controller does
 _MARKS = (1.5e-200, 2.5e-200)  # stand where a prepared message is filled
 
 
@@ -53,25 +53,19 @@ class RigTopics:
         self._angle = _positions("joint", ["joint"])
         self._torque = _torsor("joint", torque=Vector3(z=_MARKS[0]))
         self._motor = _positions("motors", motors)
-        self._angles = node.create_publisher(JointState, "joint_states", RELIABLE)
-        self._views = node.create_publisher(JointState, "joint_states_throttle", RELIABLE)
-        self._viewed_ns = 0
+        self._angles = Throttled(node, JointState, "joint_states")
         self._torques = node.create_publisher(WrenchStamped, "external_torque", RELIABLE)
         self._motors = node.create_publisher(JointState, "motor_states", RELIABLE)
 
     @property
     def publishers(self) -> list[Publisher]:
         """To destroy them."""
-        return [self._angles, self._views, self._torques, self._motors]
+        return [*self._angles.publishers, self._torques, self._motors]
 
     def publish_joint(self, sample: JointSample) -> None:
         """Send what is measured of the joint; the torque is about z."""
         if sample.angle is not None:
-            data = self._angle.fill(sample.stamp_ns, sample.angle)
-            self._angles.publish(data)
-            if not 0 <= sample.stamp_ns - self._viewed_ns < VIEW_NS:
-                self._viewed_ns = sample.stamp_ns
-                self._views.publish(data)
+            self._angles.publish(sample.stamp_ns, self._angle.fill(sample.stamp_ns, sample.angle))
         if sample.torque is not None:
             self._torques.publish(self._torque.fill(sample.stamp_ns, sample.torque))
 

@@ -16,6 +16,7 @@ from vsa_common.life import run
 from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
 from vsa_common.recent import Recent, described
 from vsa_common.stamps import set_stamp
+from vsa_common.throttled import Throttled
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.pairing import Pairing
 from vsa_estimator.settings import NodeConfig
@@ -63,7 +64,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._stamp_seen_ns = -1
         self._recent = Recent()
         self._ros_clock = cast("ROSClock", self.get_clock())
-        self._impedances = self.create_publisher(TransmissionImpedance, f"{name}/impedance", RELIABLE)
+        self._impedances = Throttled(self, TransmissionImpedance, f"{name}/impedance")
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
         self._inputs = self.listen()
         self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
@@ -88,7 +89,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self.destroy_service(self._reset)
         for subscription in self._inputs:
             self.destroy_subscription(subscription)
-        for publisher in (self._impedances, self._states):
+        for publisher in (*self._impedances.publishers, self._states):
             self.destroy_publisher(publisher)
 
     def health(self) -> Health:
@@ -160,7 +161,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def on_estimate(self, estimate: Estimate) -> None:
         """Publish one estimate; whoever needs it sooner overrides this."""
-        self._impedances.publish(self._writer.write(estimate.stamp_ns, impedance_of(estimate)))
+        data = self._writer.write(estimate.stamp_ns, impedance_of(estimate))
+        self._impedances.publish(estimate.stamp_ns, data, (estimate.status, estimate.stiffness_valid))
 
     def on_state_due(self, estimate: Estimate) -> None:
         """Tell what is known, `state_rate` times a second; whoever has no time now calls `tell_state` later."""

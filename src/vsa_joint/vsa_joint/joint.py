@@ -14,6 +14,7 @@ from vsa_common.cdr import Reader, Writer
 from vsa_common.life import run
 from vsa_common.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
 from vsa_common.stamps import NANOSECONDS
+from vsa_common.throttled import Throttled
 from vsa_joint.configuration import CONSISTENT, JointConfig
 from vsa_joint.forces import unloaded_force
 from vsa_joint.fusion import JointEstimate, JointFusion, Side
@@ -42,7 +43,7 @@ class JointNode(SuiteNode[JointConfig]):
         self._reader = Reader(TransmissionImpedance.get_fields_and_field_types())
         self._reason = ""
         self._writer = Writer(JointImpedance())
-        self._publisher = self.create_publisher(JointImpedance, "joint_impedance", RELIABLE)
+        self._impedances = Throttled(self, JointImpedance, "joint_impedance")
         self._states: list[bytes | None] = [None, None]
         self._motor_map, self._motors = MotorMap(self.config), b""
         self._range_ns = 0
@@ -77,7 +78,8 @@ class JointNode(SuiteNode[JointConfig]):
         self.destroy_timer(self._watch)
         for subscription in self._inputs:
             self.destroy_subscription(subscription)
-        self.destroy_publisher(self._publisher)
+        for publisher in self._impedances.publishers:
+            self.destroy_publisher(publisher)
 
     def health(self) -> Health:
         if not self.active:
@@ -156,7 +158,8 @@ class JointNode(SuiteNode[JointConfig]):
         if estimate.reason != self._reason:
             self._reason = estimate.reason
             self._writer = Writer(JointImpedance(reason=estimate.reason))
-        self._publisher.publish(self._writer.write(estimate.stamp_ns, self._row(estimate)))
+        data = self._writer.write(estimate.stamp_ns, self._row(estimate))
+        self._impedances.publish(estimate.stamp_ns, data, (estimate.status, estimate.stiffness_valid))
 
     def _row(self, e: JointEstimate) -> tuple[float, ...]:
         """The numbers of a JointImpedance in the order of its fields."""
