@@ -53,6 +53,11 @@ def record(rig: Rig, motion, seconds=20.0, rate=100, seed=1, stamps=None) -> Rec
         x += amplitude * np.sin(phase)
         v += amplitude * w * np.cos(phase)
         a -= amplitude * w * w * np.sin(phase)
+    return measure(rig, t, x, v, a, seed)
+
+
+def measure(rig: Rig, t: Array, x: Array, v: Array, a: Array, seed=1) -> Recording:
+    """What the sensors say of a motion, as `record` does."""
     w = np.sqrt(rig.d1 / (-3.0 * rig.d2))
     c = np.clip(v, -w, w)
     spring = rig.k1 * np.exp(rig.k2 * x)

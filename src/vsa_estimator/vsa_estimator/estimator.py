@@ -175,6 +175,8 @@ class Estimator:
         if not tracker.correct_deflection(block.deflection, deflection_variance):
             self._deflection_rejected += 1
             self._jump.reject(block, float(tracker.z[0]))
+            if self._jump.sets_off:
+                self._jerk.startled(tracker.deflection_nis)
             if block.stamp_ns - self._accepted_ns > RELOCATE * 1e9:
                 self._relocate(block, deflection_variance)
             return

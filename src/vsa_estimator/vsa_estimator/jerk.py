@@ -62,7 +62,7 @@ class JerkDensity:
         self._surprise = 1.0
 
     def startled(self, nis: float) -> bool:
-        """Whether the motion has just become livelier than the density allows; it then rises fourfold at once.
+        """Whether the motion has just become livelier than the density allows; it then rises at once.
 
         Until it has risen far enough the filter lags, and a force would be laid at the door of the coefficients.
         `nis` is the normalised innovation squared of the filter's last deflection.
@@ -70,7 +70,8 @@ class JerkDensity:
         self._surprise += _STARTLE_GAIN * (min(nis, _STARTLE_LOUD) - self._surprise)
         if self._surprise <= STARTLED:
             return False
-        self.density = min(4.0 * self.density, float(CANDIDATES[-1]))
+        if nis > STARTLED:  # not yet caught up; the filter's variance grows with the sixth root of the density
+            self.density = min((nis / 2.0) ** 3 * self.density, float(CANDIDATES[-1]))
         return True
 
     def add(self, measured: float, noise_variance: float, dt: float) -> None:

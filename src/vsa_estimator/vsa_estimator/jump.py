@@ -5,6 +5,7 @@ import math
 import numpy as np
 from vsa_estimator.blocks import Block
 
+GROWTH = 1.2  # from one rejected offset to the next, three in a row: a rod that sets off
 STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
 
 
@@ -29,6 +30,14 @@ class Jump:
     def clear(self) -> None:
         """The motion has a gap."""
         self._rejected.clear()
+
+    @property
+    def sets_off(self) -> bool:
+        """Whether the offsets grow from one to the next: nothing has jumped, the rod moves."""
+        if len(self._rejected) < 3:
+            return False
+        first, second, third = (offset for offset, _ in self._rejected[-3:])
+        return second / first > GROWTH and third / second > GROWTH
 
     @property
     def size(self) -> float:
