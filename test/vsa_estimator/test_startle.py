@@ -46,7 +46,7 @@ def test_a_rod_that_sets_off_is_told_from_an_encoder_that_jumped(offsets, sets_o
     jump = Jump()
     for offset in offsets:
         assert not jump.sets_off
-        jump.reject(Block(0, 1e-4 * offset, 30.0, 1, 1), 0.0)
+        jump.reject(Block(0, 0.01, 30.0, 1, 1), 1e-4 * offset)
     assert jump.sets_off == sets_off
 
 

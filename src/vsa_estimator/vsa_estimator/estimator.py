@@ -28,6 +28,7 @@ REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
 NOISE_MEMORY = 9.0  # [s]
 BRIDGED = 0.25  # silence up to this long is predicted across [s]
 COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
+FAR = 16.0  # squared standard deviations
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
 MOVED = "looking whether the rod moved or the encoder jumped"
 RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
@@ -79,7 +80,7 @@ class Estimator:
         self._fused += 1
         self._force = force
         self._stamp_ns, self._instant_ns = stamp_ns, instant_ns
-        estimate = self._estimate = self._report(stamp_ns)
+        estimate = self._estimate = self._report(stamp_ns, deflection if placed else None)
         return estimate
 
     def coast(self, stamp_ns: int) -> Estimate | None:
@@ -153,6 +154,7 @@ class Estimator:
         self._clock = SampleClock()
         self._stamp_ns = self._instant_ns = self._step_ns = self._epoch_ns = 0
         self._force = 0.0
+        self._far, self._astray = False, 0.0  # the last deflection from the prediction, and the square of it [m^2]
         self._moved_ns = self._refreshed_ns = self._accepted_ns = 0
         self._audit_ns = self._audit_pause = AUDIT_FIRST
 
@@ -172,13 +174,7 @@ class Estimator:
         elif dt > 0.0:
             tracker.predict(dt, self._jerk.density)
         self._step_ns = block.stamp_ns
-        if not tracker.correct_deflection(block.deflection, deflection_variance):
-            self._deflection_rejected += 1
-            self._jump.reject(block, float(tracker.z[0]))
-            if self._jump.sets_off:
-                self._jerk.startled(tracker.deflection_nis)
-            if block.stamp_ns - self._accepted_ns > RELOCATE * 1e9:
-                self._relocate(block, deflection_variance)
+        if not self._place(block, deflection_variance):
             return
         self._accepted_ns = block.stamp_ns
         self._jump.accept(block)
@@ -204,6 +200,23 @@ class Estimator:
             self._refresh(block)
         self._learn(block)
         self._inertia_known = inertia_known(tracker, self._force_noise.std)
+
+    def _place(self, block: Block, deflection_variance: float) -> bool:
+        """Take the deflection in, also of a rod that sets off; False where it is not believed."""
+        tracker = self._tracker
+        if tracker.correct_deflection(block.deflection, deflection_variance):
+            return True
+        offset = block.deflection - float(tracker.z[0])
+        self._jump.reject(block, offset)
+        since = (block.stamp_ns - self._accepted_ns) * 1e-9
+        if self._jump.sets_off:
+            self._jerk.startled(tracker.deflection_nis)
+            tracker.set_off(offset, since)
+            return tracker.correct_deflection(block.deflection, deflection_variance)
+        self._deflection_rejected += 1
+        if since > RELOCATE:
+            self._relocate(block, deflection_variance)
+        return False
 
     def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
         tracker = self._tracker
@@ -309,8 +322,11 @@ class Estimator:
         self._reset_count += 1
         self._reset_reason = reason
 
-    def _report(self, stamp_ns: int) -> Estimate:
-        """Estimate at the sample with this stamp, or so long after the last one, predicted from the last step."""
+    def _report(self, stamp_ns: int, deflection: float | None = None) -> Estimate:
+        """Estimate at the sample with this stamp, or so long after the last one, predicted from the last step.
+
+        Where two deflections in a row are far from the prediction nobody knows yet whether the rod is there.
+        """
         instant_ns = self._instant_ns + stamp_ns - self._stamp_ns
         ahead = min(max((instant_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
         self._tracker.report(ahead, self._jerk.density, self._out)
@@ -318,13 +334,22 @@ class Estimator:
             x, x_variance, v, v_variance, a, a_variance, stiffness, ln_variance, damping, damping_variance,
             inertia, inertia_variance, stiffness_damping, stiffness_inertia, damping_inertia, speed_limit,
         ) = self._out.tolist()  # fmt: skip
+        now = self._tracker.appraisal
+        if deflection is not None:
+            apart = deflection - x
+            square = apart * apart
+            far = square > FAR * (x_variance + self._deflection_noise.std**2)
+            self._astray = square if far and self._far else 0.0
+            self._far = far
+        if self._astray:
+            x_variance += self._astray
+            ln_variance += now.k2 * now.k2 * self._astray
         silence = (stamp_ns - self._stamp_ns) * 1e-9 if stamp_ns > self._stamp_ns else 0.0
         stale = silence >= max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
         heard = silence < INVALID_TIME
         complaints = self._complaints(stamp_ns)
         trusted = heard and not self._trust.reason and not self._health.blind
         stiffness_valid = trusted and ln_variance < STIFFNESS**2
-        now = self._tracker.appraisal
         tolerance = DAMPING * max(abs(damping), 0.2 * now.d1)
         damping_valid = (
             trusted and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance

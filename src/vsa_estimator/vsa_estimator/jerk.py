@@ -71,7 +71,7 @@ class JerkDensity:
         if self._surprise <= STARTLED:
             return False
         if nis > STARTLED:  # not yet caught up; the filter's variance grows with the sixth root of the density
-            self.density = min((nis / 2.0) ** 3 * self.density, float(CANDIDATES[-1]))
+            self.density = min((nis / STARTLED) ** 3 * self.density, float(CANDIDATES[-1]))
         return True
 
     def add(self, measured: float, noise_variance: float, dt: float) -> None:

@@ -17,9 +17,9 @@ class Jump:
         self._rejected: list[tuple[float, float]] = []
         self._force = math.nan
 
-    def reject(self, block: Block, expected: float) -> None:
-        """The filter expected another deflection [m]."""
-        self._rejected.append((block.deflection - expected, block.force if block.forces else math.nan))
+    def reject(self, block: Block, offset: float) -> None:
+        """The deflection is off by so much from where the filter expected it [m]."""
+        self._rejected.append((offset, block.force if block.forces else math.nan))
 
     def accept(self, block: Block) -> None:
         """All is well."""

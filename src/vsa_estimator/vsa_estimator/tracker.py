@@ -8,7 +8,6 @@ import numpy as np
 from vsa_estimator.filter import (
     LEAST_STROKE,
     REST_SPEED,
-    SOFT_GATE,
     STROKE_MEMORY,
     age,
     carry,
@@ -61,8 +60,6 @@ class Tracker:
         self.reference = 0.0
         self.knows = False
         self.deflection_monitor = np.array([0.0, 1.0])
-        self._rejected = False  # the last deflection
-        self._astray = 0.0  # square of how far the filter still is from the last deflections [m^2]
         self.force_monitor = np.array([0.0, 1.0, 0.0])
         self._watched: deque[float] = deque(maxlen=int(WATCH_TIME * rate))
         self._watched_sum = 0.0
@@ -182,16 +179,17 @@ class Tracker:
         predict(self.z, self.p, dt, jerk_density)
         carry(self.pull, dt)
 
+    def set_off(self, offset: float, duration: float) -> None:
+        """The rod has left its way by `offset` [m] within `duration` [s]: by an acceleration that nobody foresaw."""
+        way = np.array([1.0, 2.0 / duration, 2.0 / duration**2]) * offset
+        self.p[:3, :3] += np.outer(way, way)
+
     def correct_deflection(self, measured: float, variance: float) -> bool:
         """Take a deflection in; False where the gate rejects it."""
         self._appraisal = None
-        taken = bool(
+        return bool(
             correct_deflection(self.z, self.p, measured, variance, self.stroke, self.deflection_monitor, self.pull)
         )
-        lost = self.deflection_nis > SOFT_GATE and (taken or self._rejected)
-        self._astray = (measured - float(self.z[Z.X])) ** 2 if lost else 0.0
-        self._rejected = not taken
-        return taken
 
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
@@ -245,9 +243,6 @@ class Tracker:
     def report(self, ahead: float, jerk_density: float, out: Array) -> None:
         """Impedance `ahead` seconds from the last step into out, as filter.report orders it."""
         report_ahead(self.z, self.p, self.pull, self.reference, ahead, jerk_density, self.appraisal.doubts, out)
-        if self._astray:
-            out[1] += self._astray
-            out[7] += self.z[Z.K2] ** 2 * self._astray
 
     @property
     def appraisal(self) -> Appraisal:
