@@ -68,6 +68,22 @@ def test_a_frame_later_than_half_a_period_still_pairs_with_its_own_sample(side, 
     assert core.counts.unpaired == 0
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_frames_that_a_stall_held_up_pair_with_their_own_samples(side):
+    """The sender stalled between both frames of a sample, and then caught up."""
+    first = [18.0, 19.0, 20.04, 23.01, 23.17, 23.98, 24.15, 25.0, 26.0, 27.0]
+    second = [18.02, 19.02, 22.14, 23.03, 23.19, 24.0, 24.17, 25.02, 26.02, 27.02]
+    core = fusion()
+    out = run(core, 18, offset=0.02)
+    arrivals = [(stamp, side) for stamp in first] + [(stamp, 1 - side) for stamp in second]
+    out += [estimate for stamp, one in sorted(arrivals) if (estimate := feed(core, one, stamp))]
+    expected = [(round(a * MS), round(b * MS)) for a, b in zip(first, second, strict=True)]
+    paired = [e.transmission_stamp_ns for e in out[18:]]
+    assert [pair if side == 0 else pair[::-1] for pair in paired] == expected[: len(paired)]
+    assert len(paired) >= len(expected) - 1  # the last may wait for its turn
+    assert core.counts.unpaired == 0
+
+
 def test_sides_further_apart_than_max_skew_do_not_pair():
     core = fusion(max_skew=0.001)
     assert feed(core, 0, 0) is None

@@ -162,6 +162,7 @@ def test_a_dead_estimator_makes_the_joint_invalid_and_the_motors_hold_in_time(la
     lab.joints.clear()
     lab.said.clear()
     lab.run(0.5, sides=(0,), stiffness=good)
+    lab.wait(lambda: any(m.level == b"\x02" for _, m in lab.said), timeout=5.0, sides=(0,), stiffness=good)
     assert lab.joints[-1][1].reason == "transmission_2 silent"
     said = next(m for _, m in lab.said if m.level == b"\x02")
     held = int(next(value.value for value in said.values if value.key == "stamp_ns"))

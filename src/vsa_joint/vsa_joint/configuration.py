@@ -72,7 +72,7 @@ class JointConfig(Geometry, Limits, Motors):
     """Parameters of the joint node."""
 
     reflection: str = choice(CONSISTENT, (CONSISTENT, PAPER), "how damping and inertia of the rods reach the joint")
-    max_skew: float = quantity(0.005, "s", 1e-6, 10.0, "most time between the stamps of a pair")
+    max_skew: float = quantity(0.02, "s", 1e-6, 10.0, "most time between the stamps of a pair")
     stale_timeout: float = quantity(0.05, "s", 1e-3, 60.0, "silence after which the joint is STALE; at least 5 periods")
     status_period: float = quantity(0.02, "s", 1e-3, 1.0, "period of the watch on silent transmissions")
 

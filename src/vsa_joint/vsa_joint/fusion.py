@@ -1,8 +1,9 @@
 """Two streams of transmission estimates in, one stream of joint estimates out.
 
-Sides pair by stamp. A pair is as close as half the sampling period and `max_skew` allow, so that a lost
-sample costs one pair and never shifts the pairing; a frame that came later than that still pairs where neither side
-lacks a sample. Instants of the steady clock come in as arguments.
+Sides pair by stamp, as close as half the sampling period and `max_skew` allow. Where the older samples of both are
+further apart, one side lacks a sample or the other one's frame was held up. The next samples tell, and are waited for:
+they are close to each other after a hold-up, and not after a loss. So a lost sample costs one pair and never shifts
+the pairing, and a late frame costs none. Instants of the steady clock come in as arguments.
 """
 
 from collections import deque
@@ -18,7 +19,7 @@ NANOSECONDS = 1e9
 QUEUE = 1000  # samples that wait for their partner
 PERIOD_GAIN = 1.0 / 64.0
 PERIODS = 5.0  # of silence before a side is stale
-NEXT = 1.75  # periods after a sample, up to which the following one is the very next
+ALIKE = 1.5  # ratio of the sides' periods up to which a sample of one side belongs to each of the other
 TIME_JUMP_NS = 500_000_000  # a stamp that far back is a clock or a bag that started over
 
 
@@ -121,11 +122,22 @@ class JointFusion:
         queue.append(sample)
         limit = self._skew_limit_ns()
         while queue and waiting:
-            skew = queue[0].stamp_ns - waiting[0].stamp_ns
-            if abs(skew) <= limit or self._both_next(limit):
+            skew = self._queues[0][0].stamp_ns - self._queues[1][0].stamp_ns
+            if abs(skew) <= limit:
                 return self._emit(self._queues[0].popleft(), self._queues[1].popleft(), now_ns)
-            (waiting if skew > 0 else queue).popleft()
-            self._unpaired += 1
+            later, earlier = self._queues if skew > 0 else self._queues[::-1]
+            in_step = self._in_step()
+            if in_step and (len(later) == 1 or len(earlier) == 1):
+                return None
+            if not in_step or not _held_up(later, earlier):
+                earlier.popleft()
+                self._unpaired += 1
+            elif abs(skew) <= self._max_skew_ns:
+                return self._emit(self._queues[0].popleft(), self._queues[1].popleft(), now_ns)
+            else:
+                later.popleft()
+                earlier.popleft()
+                self._unpaired += 2
         return None
 
     def check(self, now_ns: int) -> JointEstimate | None:
@@ -179,13 +191,10 @@ class JointFusion:
         first, second = self._period_ns
         return min(self._max_skew_ns, 0.5 * min(first, second)) if first and second else self._max_skew_ns
 
-    def _both_next(self, limit: float) -> bool:
-        """Whether both sides' oldest samples follow the last pair, which was a close one, with none lost between."""
-        heads = [queue[0].stamp_ns for queue in self._queues]
-        last, period = self._last.transmission_stamp_ns, min(self._period_ns)
-        if abs(heads[0] - heads[1]) > min(self._max_skew_ns, period) or abs(last[0] - last[1]) > limit:
-            return False
-        return all(0 < head - before < NEXT * period for head, before in zip(heads, last, strict=True))
+    def _in_step(self) -> bool:
+        """Whether there was a pair, of sides whose samples come as often."""
+        low, high = sorted(self._period_ns)
+        return self._pairs > 0 and high <= ALIKE * low
 
     def _emit(self, first: Side, second: Side, now_ns: int) -> JointEstimate:
         self._pairs += 1
@@ -239,6 +248,12 @@ class JointFusion:
             if side.reset_count != count:
                 return side.reset_reason
         return self._last.reset_reason
+
+
+def _held_up(later: deque[Side], earlier: deque[Side]) -> bool:
+    """Whether the oldest samples belong together, and the later one came late: then the next ones fit better."""
+    after_ns = earlier[1].stamp_ns
+    return abs(later[1].stamp_ns - after_ns) < abs(later[0].stamp_ns - after_ns)
 
 
 def _finite(sample: Side) -> bool:
