@@ -52,7 +52,7 @@ def advance(bank: Array, density: Array, likelihood: Array, measured: float, noi
 class JerkDensity:
     """Running jerk density: the most likely one of the last few windows."""
 
-    def __init__(self, windows: int = 6) -> None:
+    def __init__(self, windows: int = 20) -> None:
         """A window is what lies between two calls of `refresh`; likelihoods reach back over `windows` of them."""
         self.density = 1e-3
         self._bank: Array = np.zeros((9, CANDIDATES.size))
