@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -14,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from std_srvs.srv import Trigger
-from vsa_bringup.composed import nodes
+from vsa_bringup.composed import OWED, Turns, nodes
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds
 from vsa_driver.bus import BusConfig, open_bus
@@ -241,3 +242,15 @@ def test_an_estimator_of_the_wrong_transmission_is_refused_by_name(tmp_path):
     done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
     assert done.stderr == "estimator_2: transmission = 'transmission_1': must be transmission_2\n"
+
+
+@pytest.mark.parametrize(("busy_s", "least"), [(0.0, 1), (0.005, 4)], ids=["idle", "busy"])
+def test_a_turn_that_took_long_leaves_nothing_to_pile_up(busy_s, least):
+    spins = []
+    executor = SimpleNamespace(spin_once=lambda timeout_sec: spins.append(timeout_sec))
+    turn = Turns()
+    turn(executor, [])
+    spins.clear()
+    time.sleep(busy_s)  # what a turn of frames may take
+    turn(executor, [])
+    assert least <= len(spins) <= OWED

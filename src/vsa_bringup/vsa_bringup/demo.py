@@ -1,6 +1,6 @@
 """A simulated variable-stiffness joint, measured over CAN, estimated, recorded and judged.
 
-Every node runs as a process of its own with one parameter file. The estimators start wrong on purpose; at the end a
+Every node runs as a process of its own with one parameter file; where a scenario controls, the suite is one process. The estimators start wrong on purpose; at the end a
 table compares start, estimate and truth.
 """
 
@@ -26,12 +26,16 @@ from vsa_common.terminal import Bar, progress
 
 RATE_HZ = 500  # two cores lose nothing at it with the recorder on
 DURATION_S = 60.0
+RECORDER = Part("recorder", "vsa_bringup", "record", nice=5)
+RIG = Part("rig_simulator", "vsa_driver", "rig_simulator")
+NODES = ("estimator_1", "estimator_2", "joint", "driver")
+COMPOSED = (RECORDER, Part("composed", "vsa_bringup", "composed", nodes=NODES), RIG)
 PARTS = (
-    Part("recorder", "vsa_bringup", "record", nice=5),
+    RECORDER,
     Part("estimator_1", "vsa_estimator", "estimator"),
     Part("estimator_2", "vsa_estimator", "estimator"),
     Part("joint", "vsa_joint", "joint"),
-    Part("rig_simulator", "vsa_driver", "rig_simulator"),
+    RIG,
     Part("driver", "vsa_driver", "driver"),
 )
 VIEW_PORT = 8080
@@ -65,8 +69,9 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
     corner = claim_corner()
     parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
     page = free_port(VIEW_PORT) if options.view else 0
-    parts = [*PARTS, *scenario.parts(), *([_view(page)] if page else [])]
-    waiting = [part.name for part in parts if part.name not in ("driver", "view")]
+    parts = [*(COMPOSED if scenario.composed else PARTS), *scenario.parts(), *([_view(page)] if page else [])]
+    nodes = [node for part in parts for node in part.nodes or (part.name,)]
+    waiting = [node for node in nodes if node not in ("driver", "view")]
     with contextlib.ExitStack() as ends:
         with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
             stage.start(parts, parameters)

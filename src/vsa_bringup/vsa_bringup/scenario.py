@@ -21,6 +21,8 @@ class ScenarioError(ValueError):
 class Scenario:
     """The plain demo: the rig moves by its profile, nothing else happens. Override what shall be otherwise."""
 
+    composed = False  # whether driver, estimators and joint share a process, as for fast control
+
     def __init__(self, options: argparse.Namespace) -> None:
         self.options = options  # of the demo: duration [s], rate [Hz], seed, out
 

@@ -33,6 +33,8 @@ TRUTH = ("time", "angle", "external_torque", "force_1", "force_2", "stiffness_1"
 class Scenario(PlainScenario):
     """Learns, arms the motors, commands by the plan, and judges by the rig's truth."""
 
+    composed = True
+
     def __init__(self, options: argparse.Namespace) -> None:
         super().__init__(options)
         options.duration = max(options.duration, plan.duration())

@@ -32,17 +32,19 @@ SILENCE_S = 0.5  # the driver tells ten times a second which samples it had
 
 @dataclass(frozen=True)
 class Part:
-    """One node of the suite."""
+    """One process of the suite: a node, or several (`nodes`) that keep their own names."""
 
     name: str
     package: str
     executable: str
     arguments: tuple[str, ...] = ()
     nice: int = 0
+    nodes: tuple[str, ...] = ()
 
     def command(self, parameters: Path) -> list[str]:
         """What to execute."""
-        ros = ["--ros-args", "-r", f"__node:={self.name}", "--params-file", str(parameters)]
+        ros = ["--ros-args", "--params-file", str(parameters)]
+        ros += [] if self.nodes else ["-r", f"__node:={self.name}"]
         return [executable(self.package, self.executable), *self.arguments, *ros]
 
 
@@ -63,6 +65,7 @@ class Stage:
         self.arrivals_ns: list[tuple[int, int]] = []
         self._counted = time.monotonic()
         self._states: dict[str, Any] = {}
+        self._homes: dict[str, str] = {}  # process of each node
         counters = "transmission_1/capture_counters"
         self.node.create_subscription(JointImpedance, "joint_impedance", self._on_joint, RELIABLE, raw=True)
         self.node.create_subscription(CaptureCounters, counters, self._on_counters, RELIABLE, raw=True)
@@ -80,6 +83,7 @@ class Stage:
     def start(self, parts: Sequence[Part], parameters: Path) -> None:
         """Start the processes; they come up side by side."""
         for part in parts:
+            self._homes |= dict.fromkeys(part.nodes or (part.name,), part.name)
             self.group.start(part.name, part.command(parameters), part.nice)
 
     def wait_until_active(self, *names: str) -> None:
@@ -94,7 +98,7 @@ class Stage:
         for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
             answer = self._call(client, ChangeState.Request(transition=Transition(id=transition)), name)
             if not answer.success:
-                raise ProcessError(f"{name} could not be started:\n{self.group[name].tail()}")
+                raise ProcessError(f"{name} could not be started:\n{self.group[self._homes[name]].tail()}")
         self.node.destroy_client(client)
 
     def wait_until_connected(self, recorded: bool = True) -> None:
