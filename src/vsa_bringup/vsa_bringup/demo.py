@@ -1,7 +1,7 @@
 """A simulated variable-stiffness joint, measured over CAN, estimated, recorded and judged.
 
-Every node runs as a process of its own with one parameter file, or, where a scenario controls, in one process. The estimators
-start wrong on purpose; at the end a table compares start, estimate and truth.
+Every node runs as a process of its own with one parameter file, or, where a scenario controls, in one process. The
+estimators start wrong on purpose; at the end a table compares start, estimate and truth.
 """
 
 import argparse
