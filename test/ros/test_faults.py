@@ -350,7 +350,7 @@ def test_a_killed_driver_makes_the_joint_invalid_in_time_and_all_recovers_withou
 
 def test_bus_off_is_seen_reopened_in_the_same_process_and_commands_are_held_until_armed_again(healthy):
     driver = healthy.stage.group["driver"].pid
-    assert healthy.call(SetBool, "driver/arm", data=True).success
+    healthy.until(lambda: healthy.call(SetBool, "driver/arm", data=True).success)
     healthy.commanding = True
     begin = healthy.fail("can_signal bus_off -t 0.6")
     healthy.until(lambda: healthy.told("driver", "bus-off", begin))
@@ -360,7 +360,7 @@ def test_bus_off_is_seen_reopened_in_the_same_process_and_commands_are_held_unti
     assert healthy.value("driver", "motors") == "disarmed"
     assert healthy.stage.group["driver"].pid == driver
     healthy.until(lambda: healthy.value("rig_simulator", "motors") == "holding")
-    assert healthy.call(SetBool, "driver/arm", data=True).success
+    healthy.until(lambda: healthy.call(SetBool, "driver/arm", data=True).success)
     healthy.until(lambda: healthy.value("rig_simulator", "motors") == "moving")
 
 
