@@ -4,9 +4,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from transmission_data import MULTISINE, TRANSMISSION_1, record, wrong_start
+from transmission_data import MULTISINE, TRANSMISSION_1, measure, record, wrong_start
 from vsa_estimator.estimator import Estimator
+from vsa_estimator.learner import Learner
 from vsa_estimator.model import Z
+from vsa_estimator.tracker import CONTRADICTION, Tracker
 from vsa_estimator.values import Reset
 
 
@@ -55,3 +57,41 @@ def test_a_regression_contradicts_beyond_chance_alone():
     assert not any(tracker.contradicts(mean, covariance, 0.017) for mean in near)
     assert tracker.contradicts(1.07 * tracker.z[3:], covariance, 0.017)
     assert not tracker.contradicts(1.07 * tracker.z[3:], covariance, 1e-6)  # a mass that is felt
+
+
+def test_jolts_leave_the_filter_unsuspected_and_a_force_that_is_never_explained_does_not():
+    initial, jolted = wrong_start(TRANSMISSION_1).initial, [60.0 if k % 50 < 4 else 1.0 for k in range(200)]
+    for innovations, suspicious in ((jolted, False), ([4.0] * 200, True)):
+        tracker = Tracker(initial, 100.0)
+        for innovation in innovations:
+            tracker._watch(innovation)
+        assert tracker.suspicious == suspicious
+
+
+def steps(seconds=40.0, rate=100, rise=0.25, travel=1.5e-3):
+    """To and fro each second, three times faster than v*, and creep in between: t, x, v, a."""
+    t = np.arange(round(seconds * rate)) / rate
+    u, to = np.clip(np.mod(t, 1.0) / rise, 0.0, 1.0), travel * np.where(np.floor(t) % 2 == 0, 1.0, -1.0)
+    creep, w = 2e-4, 2.0 * np.pi * 0.11
+    x = 0.0115 + to * (u**3 * (10.0 - 15.0 * u + 6.0 * u * u) - 0.5) + creep * np.sin(w * t)
+    v = to * 30.0 * u**2 * (1.0 - u) ** 2 / rise + creep * w * np.cos(w * t)
+    a = to * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / rise**2 - creep * w * w * np.sin(w * t)
+    return t, x, v, a
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_brisk_steps_and_creep_between_them_do_not_mislead_the_regression(seed):
+    rig = TRANSMISSION_1
+    recording = measure(rig, *steps(), seed)
+    learner, fit = Learner(wrong_start(rig).initial, 100.0), None
+    for sample in zip(1e-9 * recording.stamp_ns, recording.deflection, recording.force, strict=True):
+        learner.add(*sample)
+    reference = float(recording.deflection[0])
+    learner.begin(0.01, reference, 0.017, 1.04e-5, 0.03, audit=True)
+    while fit is None:
+        fit = learner.advance()
+    s = np.log(rig.k1 * rig.k2) + rig.k2 * reference
+    truth = np.array([s, rig.k2, rig.d1, rig.d2, rig.mass, rig.force_offset, rig.coulomb_friction])
+    scale = np.sqrt(np.diag(fit.covariance))
+    apart = (truth - fit.mean) / scale
+    assert apart @ np.linalg.solve(fit.covariance / np.outer(scale, scale), apart) < 0.5 * CONTRADICTION

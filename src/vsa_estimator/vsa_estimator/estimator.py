@@ -212,7 +212,8 @@ class Estimator:
         if self._jump.sets_off:
             self._jerk.startled(tracker.deflection_nis)
             tracker.set_off(offset, since)
-            return tracker.correct_deflection(block.deflection, deflection_variance)
+            if tracker.correct_deflection(block.deflection, deflection_variance):
+                return True
         self._deflection_rejected += 1
         if since > RELOCATE:
             self._relocate(block, deflection_variance)
@@ -252,7 +253,7 @@ class Estimator:
         per_block = 1.0 / math.sqrt(block.samples)
         self._learner.begin(
             period, self._tracker.reference, self._force_noise.std * per_block,
-            self._deflection_noise.std * per_block, self._jerk.density,
+            self._deflection_noise.std * per_block, self._jerk.density, audit=self._tracker.knows,
         )  # fmt: skip
 
     def _learn(self, block: Block) -> None:

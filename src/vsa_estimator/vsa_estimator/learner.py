@@ -37,9 +37,18 @@ class Learner:
         self._count += 1
 
     def begin(
-        self, period: float, reference: float, force_noise_std: float, deflection_noise_std: float, jerk_density: float
+        self,
+        period: float,
+        reference: float,
+        force_noise_std: float,
+        deflection_noise_std: float,
+        jerk_density: float,
+        audit: bool,
     ) -> None:
-        """Start on what has been collected, unless an earlier start is still at work."""
+        """Start on what has been collected, unless an earlier start is still at work.
+
+        An `audit` is to find fault with what is known: it takes no rows that smoothing has bent.
+        """
         if self._work is not None or self._count < LEAST_SAMPLES:
             return
         time, deflection, force = self._ordered()
@@ -47,8 +56,9 @@ class Learner:
         self._range = float(deflection.max()), float(deflection.min())
         self._greatest_force = float(force.max())
         self._duration = time.size * period
-        rows = smooth(time, deflection, force, period, deflection_noise_std, jerk_density)
+        rows = smooth(time, deflection, force, period, deflection_noise_std, force_noise_std, jerk_density)
         if rows is not None:
+            rows = rows.part(rows.described) if audit else rows
             self._work = self._regression.work(rows, reference, force_noise_std, deflection_noise_std)
 
     def advance(self) -> Fit | None:

@@ -10,6 +10,7 @@ from vsa_estimator.model import Array
 LEAST_ROWS = 8
 MOST_ROWS = 400
 DRAWS = 4  # of pure noise through the same windows, to see what it pretends to know
+POOR = 3.0  # times the variance that noise leaves in a window, beyond which no cubic describes it
 BAND = 4  # neighbours on either side that a row may share samples with
 
 
@@ -24,18 +25,19 @@ class Rows:
     place: NDArray[np.int64]  # of the window, in strides
     shared: Array  # (n, BAND + 1, 3, 3): products of value, slope and curvature weights with those `m` places before
     noise: Array  # (3, n, DRAWS): value, slope, curvature of unit white noise
+    described: NDArray[np.bool_]  # whether the window's cubics describe motion and force but for noise
     half_width: float  # [s]
 
     def part(self, mask: NDArray[np.bool_]) -> "Rows":
         """The rows that a mask picks."""
         return Rows(
             self.deflection[mask], self.velocity[mask], self.acceleration[mask], self.force[mask], self.place[mask],
-            self.shared[mask], self.noise[:, mask], self.half_width,
+            self.shared[mask], self.noise[:, mask], self.described[mask], self.half_width,
         )  # fmt: skip
 
 
 def smooth(
-    time: Array, deflection: Array, force: Array, period: float, noise_std: float, jerk_density: float
+    time: Array, deflection: Array, force: Array, period: float, noise_std: float, force_std: float, jerk_density: float
 ) -> Rows | None:
     """Local cubics through deflection and force over one window; None where there is too little data.
 
@@ -54,8 +56,11 @@ def smooth(
     scale = half * period
     u = (time[pick] - time[centre][:, None]) / scale
     basis = np.stack([np.ones_like(u), u, u * u, u * u * u], axis=1)
-    inverse = np.linalg.inv(basis @ basis.transpose(0, 2, 1))
-    weights = inverse[:, :3] @ basis
+    cubic = np.linalg.inv(basis @ basis.transpose(0, 2, 1)) @ basis
+    described = [
+        _describes(basis, cubic, values[pick], std) for values, std in ((deflection, noise_std), (force, force_std))
+    ]
+    weights = cubic[:, :3]
     weights[:, 1] /= scale
     weights[:, 2] *= 2.0 / scale**2
     motion = np.einsum("nij,nj->ni", weights, deflection[pick])
@@ -70,7 +75,16 @@ def smooth(
     smoothed_force = np.einsum("nj,nj->n", weights[:, 0], force[pick])
     noise = np.random.default_rng(0).standard_normal((time.size, DRAWS))
     through = np.einsum("nij,njd->ind", weights, noise[pick])
-    return Rows(motion[:, 0], motion[:, 1], motion[:, 2], smoothed_force, place, shared, through, half * period)
+    return Rows(
+        motion[:, 0], motion[:, 1], motion[:, 2], smoothed_force, place, shared, through, described[0] & described[1],
+        half * period,
+    )  # fmt: skip
+
+
+def _describes(basis: Array, cubic: Array, values: Array, std: float) -> NDArray[np.bool_]:
+    """Of each window (n, m), whether its cubic is off by no more than noise; it is at a kink, or when a step begins."""
+    apart = values - np.einsum("nkj,nk->nj", basis, np.einsum("nkj,nj->nk", cubic, values))
+    return np.asarray((apart**2).sum(1) < POOR * std**2 * (values.shape[1] - 4))
 
 
 @compiled

@@ -47,6 +47,7 @@ class _Problem:
     force_variance: float
     deflection_variance: float
     reversal_variance: Array
+    blur: Array  # width of a reversal, with what smoothing and noise add [m/s]
     friction: Array  # expected sign of the speed, as far as the rows tell it
 
     @classmethod
@@ -61,7 +62,9 @@ class _Problem:
         speed_variance = deflection_noise_std**2 * kept.shared[:, 0, 1, 1]
         blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * speed_variance + (0.5 * kept.acceleration * kept.half_width) ** 2)
         friction = np.tanh(kept.velocity / blur)
-        return cls(kept, kept.deflection - reference, force_noise_std**2, deflection_noise_std**2, reversal, friction)
+        return cls(
+            kept, kept.deflection - reference, force_noise_std**2, deflection_noise_std**2, reversal, blur, friction
+        )  # fmt: skip
 
     def covariance(self, sigma: Array, damping: Array, mass: float) -> Array:
         """Of the rows' forces [N^2] as `whiten` takes it, given the slopes by which noise of the motion enters them."""
@@ -173,11 +176,13 @@ class _Bank:
     def _regressor_noise(self, growth: Array, k2: Array, c: Array) -> list[Array]:
         """What white noise of the deflection does to the columns, one (n, MEMBERS + 5) a draw."""
         deflection, velocity, acceleration = np.sqrt(self._problem.deflection_variance) * self._problem.rows.noise
-        moving = np.abs(self._problem.rows.velocity) < self._speed
+        v, blur = self._problem.rows.velocity, self._problem.blur
+        moving = np.abs(v) < self._speed
         found = []
         for dx, dv, da in zip(deflection.T, velocity.T, acceleration.T, strict=True):
             nothing = np.zeros_like(dx)
-            linear = np.column_stack([moving * dv, 3.0 * c * c * moving * dv, da, nothing, nothing])
+            friction = 0.5 * (np.tanh((v + dv) / blur) - np.tanh((v - dv) / blur))
+            linear = np.column_stack([moving * dv, 3.0 * c * c * moving * dv, da, nothing, friction])
             found.append(np.column_stack([(k2[:, None] * growth * dx).T, linear]))
         return found
 

@@ -24,7 +24,7 @@ START_SPEED_STD = 2e-3  # [m/s]
 START_ACCELERATION_STD = 5e-3  # [m/s^2]
 WATCH_TIME = 2.0  # innovations are watched over this long [s]
 SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
-LOUD = 100.0
+LOUD = 10.0  # no innovation counts for more: a jolt makes few great ones, wrong coefficients many
 CONTRADICTION = 40.0  # squared distance of seven coefficients from a regression's that no chance explains
 FAST = 2.0  # times the speed of the damper's greatest force, beyond which the lag of the filter is not held against it
 KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force
@@ -181,6 +181,7 @@ class Tracker:
 
     def set_off(self, offset: float, duration: float) -> None:
         """The rod has left its way by `offset` [m] within `duration` [s]: by an acceleration that nobody foresaw."""
+        self._appraisal = None
         way = np.array([1.0, 2.0 / duration, 2.0 / duration**2]) * offset
         self.p[:3, :3] += np.outer(way, way)
 
@@ -218,7 +219,7 @@ class Tracker:
             )
         )  # fmt: skip
         if abs(self.z[Z.V]) < FAST * math.sqrt(self.z[Z.D1] / max(-3.0 * self.z[Z.D2], 1e-6)):
-            self._watch(min(float(self.force_monitor[2]), LOUD))
+            self._watch(float(self.force_monitor[2]))
         return taken
 
     def _resting(self, dt: float) -> bool:
@@ -273,6 +274,7 @@ class Tracker:
         )  # fmt: skip
 
     def _watch(self, nis: float) -> None:
+        nis = min(nis, LOUD)
         if len(self._watched) == self._watched.maxlen:
             self._watched_sum -= self._watched[0]
         self._watched.append(nis)
