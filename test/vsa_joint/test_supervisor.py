@@ -164,6 +164,14 @@ def test_a_backlog_is_old_though_it_arrives(topic):
     assert told.startswith(f"{topic} comes late")
 
 
+def test_of_a_joint_that_comes_late_the_side_is_named_that_fell_silent():
+    feed = working()
+    old = {"joint_impedance": 80, "transmission_1/estimator_state": 20, "transmission_2/estimator_state": 80}
+    _, told = first_hold(feed, feed.run(20, late=old), feed.now)
+    assert "transmission_2" in told
+    assert "transmission_1" not in told
+
+
 def test_an_age_that_nobody_can_know_holds():
     feed = working()
     out = feed.run(100, late={"joint_impedance": -3000})

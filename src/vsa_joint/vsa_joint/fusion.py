@@ -123,21 +123,18 @@ class JointFusion:
         limit = self._skew_limit_ns()
         while queue and waiting:
             skew = self._queues[0][0].stamp_ns - self._queues[1][0].stamp_ns
-            if abs(skew) <= limit:
-                return self._emit(self._queues[0].popleft(), self._queues[1].popleft(), now_ns)
             later, earlier = self._queues if skew > 0 else self._queues[::-1]
-            in_step = self._in_step()
-            if in_step and (len(later) == 1 or len(earlier) == 1):
-                return None
-            if not in_step or not _held_up(later, earlier):
-                earlier.popleft()
-                self._unpaired += 1
-            elif abs(skew) <= self._max_skew_ns:
+            together = abs(skew) <= limit
+            if not together and self._in_step():
+                if len(later) == 1 or len(earlier) == 1:
+                    return None  # the next samples tell
+                if _held_up(later, earlier):
+                    together = abs(skew) <= self._max_skew_ns
+                    if not together:
+                        self._drop(later)
+            if together:
                 return self._emit(self._queues[0].popleft(), self._queues[1].popleft(), now_ns)
-            else:
-                later.popleft()
-                earlier.popleft()
-                self._unpaired += 2
+            self._drop(earlier)
         return None
 
     def check(self, now_ns: int) -> JointEstimate | None:
@@ -186,6 +183,10 @@ class JointFusion:
             while queue and queue[-1].stamp_ns > stamp_ns:
                 queue.pop()
                 self._unpaired += 1
+
+    def _drop(self, queue: deque[Side]) -> None:
+        queue.popleft()
+        self._unpaired += 1
 
     def _skew_limit_ns(self) -> float:
         first, second = self._period_ns

@@ -154,7 +154,7 @@ class Supervisor:
         joint = inputs.joint
         age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
         if joint is None or age:
-            return age or "joint_impedance silent"
+            return _because(age or "joint_impedance silent", self._silent(inputs, now_ns))
         if joint.status in (Status.STALE, Status.FAULT, Status.INITIALIZING) or not joint.stiffness_valid:
             return _because(f"joint stiffness invalid: {joint.reason or Status(joint.status).name}", inputs.complaints)
         if not joint.force_valid:
@@ -174,6 +174,13 @@ class Supervisor:
             if fault:
                 return fault
         return ""
+
+    def _silent(self, inputs: Inputs, now_ns: int) -> tuple[str, str]:
+        """For each side what its estimator's last sample says of why there is nothing of the joint."""
+        names = ("transmission_1/estimator_state", "transmission_2/estimator_state")
+        ages = [now_ns - inputs.measured_ns.get(name, now_ns) for name in names]
+        first, second = ("no sample for a while" if age > self._timeout_ns - self._period_ns else "" for age in ages)
+        return first, second
 
     def _age_fault(self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int) -> str:
         """What will be older than `timeout_ns` before the next look, by its arrival or by its stamp."""
