@@ -136,21 +136,17 @@ def main() -> int:
     """Entry point."""
     ros = ros_arguments(sys.argv[1:])
     nodes: list[RecorderNode] = []
-    lived: list[bool] = []
     with progress(None, "recording") as bar:
 
         def create() -> RecorderNode:
             nodes.append(RecorderNode(bar))
             return nodes[0]
 
-        def conclude(code: int) -> int:
-            lived.append(code == 0)
-            return code or int(bool(nodes[0].spool.failure))
-
-        code = run(create, [sys.argv[0], *ros], conclude=conclude)
-    if lived[0]:
-        print(f"recorder: {nodes[0].summary()}", file=sys.stderr)
-    return code
+        code = run(create, [sys.argv[0], *ros])
+    if code:
+        return code
+    print(f"recorder: {nodes[0].summary()}", file=sys.stderr)
+    return 1 if nodes[0].spool.failure else 0
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """A process of the suite: its nodes come up, live until a signal, and go down in order."""
 
-import atexit
 import gc
 import os
 import signal
@@ -23,31 +22,12 @@ def run(
     args: list[str] | None = None,
     executor: Callable[[], Executor] = EventsExecutor,
     turn: Callable[[Executor, Sequence[SuiteNode[Any]]], None] = lambda executor, _: executor.spin_once(1.0),
-    conclude: Callable[[int], int] = int,
 ) -> int:
     """Live as one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line where one cannot start.
 
     Several start in their order and stop in the other one. The signals only end the loop of turns: a node still has its
-    topics while it stops. `conclude` may make another exit code of it. The process is to exit with what is returned.
+    topics while it stops.
     """
-    code = conclude(_live(create, args, executor, turn))
-    atexit.register(_leave, code)
-    return code
-
-
-def _leave(code: int) -> None:
-    """Exit without the destructors of Fast DDS: one may wait, at full speed, for a thread that Python left behind."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
-
-
-def _live(
-    create: Callable[[], SuiteNode[Any] | Sequence[SuiteNode[Any]]],
-    args: list[str] | None,
-    executor: Callable[[], Executor],
-    turn: Callable[[Executor, Sequence[SuiteNode[Any]]], None],
-) -> int:
     nodes: Sequence[SuiteNode[Any]] = []
     stopped = False
 
@@ -86,6 +66,7 @@ def _live(
         for node in reversed(nodes):
             node.destroy_node()
         rclpy.try_shutdown()
+        gc.unfreeze()  # or the participant, in cycles, outlives Python, and may wait for ever for a thread of its
 
 
 def tune_middleware() -> None:
