@@ -30,7 +30,6 @@ FLAGS = (
     "--no-first-run --window-size=1200,1000"
 )
 PHONE = {"width": 400, "height": 800, "deviceScaleFactor": 1, "mobile": True}
-TRIES = 3  # a shared machine stalls now and then; a slow page is slow each time
 
 
 def free_port():
@@ -299,7 +298,7 @@ def test_the_demo_s_page_is_live_true_private_and_notices_a_stopped_sensor(tmp_p
     try:
         address = re.search(r"http://127\.0\.0\.1:\d+/", demo.stdout.readline())[0]
         begin = time.monotonic()
-        assert min(seconds_until_live(browser, address) for _ in range(TRIES)) < 3.0
+        assert seconds_until_live(browser, address) < 3.0
         watcher = Watcher(domain_of(out / "parameters.yaml"))
         eventually(browser, text_of("#status_joint b"), "VALID")
         compared = 0

@@ -19,7 +19,6 @@ pytestmark = pytest.mark.skipif(not permitted(), reason="network namespaces are 
 
 RATE = 200
 LEARN, SLOW, LOSSY, CUT, AFTER = 20.0, 3.0, 3.0, 3.0, 6.0  # s
-SLOWLY = ("slow", "slow again")  # the machine may stall in one of them; a fault of the suite shows in both
 ON_HOSTS = (
     {"driver": ("vsa_driver", "driver"), "rig_simulator": ("vsa_driver", "rig_simulator")},
     {
@@ -79,8 +78,7 @@ def run(tmp_path_factory):
                 assert time.monotonic() < end, [p.poll() for p in processes]
                 time.sleep(0.1)
             spend("learn", LEARN)
-            for name in SLOWLY:
-                spend(name, SLOW, delay=0.03, jitter=0.01)
+            spend("slow", SLOW, delay=0.03, jitter=0.01)
             spend("lossy", LOSSY, delay=0.0, jitter=0.0, loss=0.05)
             spend("cut", CUT, loss=0.0, cut=True)
             spend("after", AFTER, cut=False)
@@ -98,9 +96,9 @@ def test_estimates_cross_the_network_and_are_valid(run):
 
 
 def test_a_slow_network_delays_estimates_and_does_no_more(run):
-    slow = [run.during(name, late=0.5) for name in SLOWLY]
-    assert max(run.valid[one].mean() for one in slow) > 0.95
-    assert all(np.median(run.received[one] - run.stamped[one]) > 0.03 for one in slow)
+    slow = run.during("slow", late=0.5)
+    assert run.valid[slow].mean() > 0.95
+    assert np.median(run.received[slow] - run.stamped[slow]) > 0.03
 
 
 def test_a_lossy_network_is_repaired(run):
