@@ -164,12 +164,18 @@ def test_a_backlog_is_old_though_it_arrives(topic):
     assert told.startswith(f"{topic} comes late")
 
 
-def test_of_a_joint_that_comes_late_the_side_is_named_that_fell_silent():
+def test_of_a_joint_that_comes_late_the_side_is_named_that_has_no_samples():
     feed = working()
-    old = {"joint_impedance": 80, "transmission_1/estimator_state": 20, "transmission_2/estimator_state": 80}
-    _, told = first_hold(feed, feed.run(20, late=old), feed.now)
-    assert "transmission_2" in told
-    assert "transmission_1" not in told
+    feed.inputs.complaints = ("", "no samples")
+    _, told = first_hold(feed, feed.run(20, late={"joint_impedance": 80}), feed.now)
+    assert told.endswith("(transmission_2: no samples)")
+
+
+def test_of_a_joint_that_falls_silent_the_estimators_are_named_that_do_too():
+    feed = working()
+    _, told = first_hold(feed, feed.run(100, quiet=("joint", "springs")), feed.now)
+    assert "transmission_1: silent for" in told
+    assert "transmission_2: silent for" in told
 
 
 def test_an_age_that_nobody_can_know_holds():

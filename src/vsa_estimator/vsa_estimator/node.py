@@ -25,6 +25,7 @@ from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
 WATCH = 0.005  # how often silence is looked for [s]
 STARVED_NS = 20_000_000  # a watch that comes so late was starved; for as long it lets come first what has queued up
+NO_SAMPLES = "no samples"
 IMPATIENT_NS = 200_000_000  # silence after which it no longer does
 STEP_NS = 10_000_000  # silence is predicted through in these steps: told late where it must be, but never left out
 FIRST_STEP = 5  # the shortest silence that is spoken of, in steps
@@ -117,7 +118,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         if wrong:
             return WARN, f"stamps of {' and '.join(wrong)} are zero or in the future", values
         if status is Status.STALE:
-            return STALE, "no samples", values
+            return STALE, NO_SAMPLES, values
         words = [state.reason] if state.reason else []
         words += [described(trouble)] if trouble else []
         level = WARN if trouble and status is Status.VALID else _LEVEL.get(status, WARN)
@@ -172,9 +173,10 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         if estimate.stamp_ns <= self._published_ns:
             return
         self._published_ns = estimate.stamp_ns
+        news = estimate.status is not self._status
         self._status, self._reset_count = estimate.status, estimate.reset_count
         self.on_estimate(estimate)
-        if estimate.stamp_ns - self._state_ns >= self._state_period_ns:
+        if news or estimate.stamp_ns - self._state_ns >= self._state_period_ns:
             self._state_ns = estimate.stamp_ns
             self.on_state_due(estimate)
 
@@ -187,6 +189,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         for name in _STATE:
             setattr(message, name, getattr(state, name))
         message.status = estimate.status
+        message.reason = NO_SAMPLES if estimate.status is Status.STALE else state.reason
         message.samples_dropped += self._pairing.dropped + sum(self._refused.values())
         self._states.publish(message)
 

@@ -154,7 +154,7 @@ class Supervisor:
         joint = inputs.joint
         age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
         if joint is None or age:
-            return _because(age or "joint_impedance silent", self._silent(inputs, now_ns))
+            return _because(age or "joint_impedance silent", self._complaints(inputs, now_ns))
         if joint.status in (Status.STALE, Status.FAULT, Status.INITIALIZING) or not joint.stiffness_valid:
             return _because(f"joint stiffness invalid: {joint.reason or Status(joint.status).name}", inputs.complaints)
         if not joint.force_valid:
@@ -175,11 +175,13 @@ class Supervisor:
                 return fault
         return ""
 
-    def _silent(self, inputs: Inputs, now_ns: int) -> tuple[str, str]:
-        """For each side what its estimator's last sample says of why there is nothing of the joint."""
-        names = ("transmission_1/estimator_state", "transmission_2/estimator_state")
-        ages = [now_ns - inputs.measured_ns.get(name, now_ns) for name in names]
-        first, second = ("no sample for a while" if age > self._timeout_ns - self._period_ns else "" for age in ages)
+    def _complaints(self, inputs: Inputs, now_ns: int) -> tuple[str, str]:
+        """Of each estimator, also of one that says nothing any more."""
+        silent = [(now_ns - arrival_ns) // 1_000_000 for arrival_ns in inputs.springs_ns]
+        first, second = (
+            text or (f"silent for {ms} ms" if 2_000_000 * ms > self._timeout_ns else "")
+            for text, ms in zip(inputs.complaints, silent, strict=True)
+        )
         return first, second
 
     def _age_fault(self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int) -> str:
