@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from favour import RIG, favoured
+from favour import RIG, favoured, undisturbed
 from network_wire import Wire, permitted
 from vsa_bringup.fault_rehearsal import lie
 from vsa_bringup.processes import executable, renice
@@ -78,7 +78,7 @@ def run(tmp_path_factory):
                 assert time.monotonic() < end, [p.poll() for p in processes]
                 time.sleep(0.1)
             spend("learn", LEARN)
-            spend("slow", SLOW, delay=0.03, jitter=0.01)
+            undisturbed(lambda: spend("slow", SLOW, delay=0.03, jitter=0.01), lambda: None, 0.1)
             spend("lossy", LOSSY, delay=0.0, jitter=0.0, loss=0.05)
             spend("cut", CUT, loss=0.0, cut=True)
             spend("after", AFTER, cut=False)

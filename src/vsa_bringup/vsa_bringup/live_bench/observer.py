@@ -29,21 +29,24 @@ class Observer:
         self._counted = time.monotonic()
         self._health: dict[str, tuple[str, dict[str, str]]] = {}
         subscribe = node.create_subscription
+        self._ears = []
         for space in case.namespaces:
-            subscribe(JointImpedance, f"/{space}/joint_impedance", partial(self._on_joint, space), RELIABLE, raw=True)
+            hear = partial(self._on_joint, space)
+            self._ears.append(subscribe(JointImpedance, f"/{space}/joint_impedance", hear, RELIABLE, raw=True))
             for i, side in enumerate(SIDES):
-                callback = partial(self._on_counters, space, i)
-                subscribe(CaptureCounters, f"/{space}/{side}/capture_counters", callback, RELIABLE, raw=True)
+                hear, topic = partial(self._on_counters, space, i), f"/{space}/{side}/capture_counters"
+                self._ears.append(subscribe(CaptureCounters, topic, hear, RELIABLE, raw=True))
         subscribe(DiagnosticArray, "/diagnostics", self._on_health, 100)
 
     def unconnected(self) -> list[str]:
-        """Topics of the suite that nobody writes or nobody reads yet."""
+        """Topics of the suite that nobody writes or nobody reads yet, or that are not heard here."""
         topics = ["joint_impedance", *(f"{side}/capture_counters" for side in SIDES)]
         if self._case.mode != COMPOSED:
             topics += [f"{side}/{topic}" for side in SIDES for topic in ("force", "encoder", "impedance")]
         names = [f"/{space}/{topic}" for space in self._case.namespaces for topic in topics]
         node = self._node
-        return [name for name in names if not (node.count_publishers(name) and node.count_subscribers(name))]
+        alone = [name for name in names if not (node.count_publishers(name) and node.count_subscribers(name))]
+        return alone + [ear.topic_name for ear in self._ears if not ear.get_publisher_count()]
 
     def ended(self, silence_s: float) -> bool:
         """Whether every rig is done and no driver has said anything for so long."""
