@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from favour import undisturbed
+from favour import undisturbed, watched
 from selenium import webdriver
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
@@ -299,7 +299,8 @@ def test_the_demo_s_page_is_live_true_private_and_notices_a_stopped_sensor(tmp_p
     try:
         address = re.search(r"http://127\.0\.0\.1:\d+/", demo.stdout.readline())[0]
         begin = time.monotonic()
-        assert undisturbed(lambda: seconds_until_live(browser, address), lambda: None, 0.1) < 3.0
+        with watched():
+            assert undisturbed(lambda: seconds_until_live(browser, address), lambda: None, 0.1) < 3.0
         watcher = Watcher(domain_of(out / "parameters.yaml"))
         eventually(browser, text_of("#status_joint b"), "VALID")
         compared = 0
