@@ -25,9 +25,9 @@ from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
 WATCH = 0.005  # how often silence is looked for [s]
 STARVED_NS = 20_000_000  # a watch that comes so late was starved; for as long it lets come first what has queued up
-NO_SAMPLES = "no samples"
 IMPATIENT_NS = 200_000_000  # silence after which it no longer does
 STEP_NS = 10_000_000  # silence is predicted through in these steps: told late where it must be, but never left out
+NO_SAMPLES = "no samples"  # what is said of STALE
 FIRST_STEP = 5  # the shortest silence that is spoken of, in steps
 STEPS = 10  # at most, at a time
 
@@ -189,7 +189,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         for name in _STATE:
             setattr(message, name, getattr(state, name))
         message.status = estimate.status
-        message.reason = NO_SAMPLES if estimate.status is Status.STALE else state.reason
+        if estimate.status is Status.STALE:
+            message.reason = NO_SAMPLES
         message.samples_dropped += self._pairing.dropped + sum(self._refused.values())
         self._states.publish(message)
 

@@ -177,12 +177,8 @@ class Supervisor:
 
     def _complaints(self, inputs: Inputs, now_ns: int) -> tuple[str, str]:
         """Of each estimator, also of one that says nothing any more."""
-        silent = [(now_ns - arrival_ns) // 1_000_000 for arrival_ns in inputs.springs_ns]
-        first, second = (
-            text or (f"silent for {ms} ms" if 2_000_000 * ms > self._timeout_ns else "")
-            for text, ms in zip(inputs.complaints, silent, strict=True)
-        )
-        return first, second
+        silent = ["silent" if 2 * (now_ns - arrival) > self._timeout_ns else "" for arrival in inputs.springs_ns]
+        return inputs.complaints[0] or silent[0], inputs.complaints[1] or silent[1]
 
     def _age_fault(self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int) -> str:
         """What will be older than `timeout_ns` before the next look, by its arrival or by its stamp."""
