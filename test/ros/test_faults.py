@@ -48,6 +48,8 @@ class Lab:
             listen(TransmissionImpedance, f"{side}/impedance", lambda m, i=i: self.heard(self.sides[i], m), RELIABLE)
             listen(EstimatorState, f"{side}/estimator_state", lambda m, i=i: self.heard(self.states[i], m), RELIABLE)
         listen(DiagnosticArray, "/diagnostics", self.on_diagnostics, RELIABLE)
+        self.motors = []
+        listen(JointState, "motor_states", self.motors.append, RELIABLE)
         self.commands = stage.node.create_publisher(JointState, "motor_commands", RELIABLE)
         self.commanding = self.broken = False
         self.over = 0.0  # when the last fault ends
@@ -85,6 +87,12 @@ class Lab:
             self.stage._executor.spin_once(timeout_sec=0.005)
         self.stage.node.destroy_client(client)
         return next(future.result() for future in asked if future.done())
+
+    def arm(self):
+        """Arm the driver, as soon as it hears of the motors."""
+        self.motors.clear()
+        self.until(lambda: self.motors)
+        assert self.call(SetBool, "driver/arm", data=True).success
 
     def fail(self, words):
         """Inject a failure; the instant after which it can have begun, on both clocks [s]."""
@@ -356,7 +364,7 @@ def test_a_killed_driver_makes_the_joint_invalid_in_time_and_all_recovers_withou
     others = {name: healthy.stage.group[name].pid for name in ("estimator_1", "estimator_2", "joint")}
 
     def command():
-        healthy.until(lambda: healthy.call(SetBool, "driver/arm", data=True).success)
+        healthy.arm()
         healthy.commanding = True
         healthy.until(lambda: int(healthy.value("rig_simulator", "commands")) > 0)
 
@@ -385,7 +393,7 @@ def test_a_killed_driver_makes_the_joint_invalid_in_time_and_all_recovers_withou
 
 def test_bus_off_is_seen_reopened_in_the_same_process_and_commands_are_held_until_armed_again(healthy):
     driver = healthy.stage.group["driver"].pid
-    healthy.until(lambda: healthy.call(SetBool, "driver/arm", data=True).success)
+    healthy.arm()
     healthy.commanding = True
     begin = healthy.fail("can_signal bus_off -t 0.6")
     healthy.until(lambda: healthy.told("driver", "bus-off", begin))
@@ -395,7 +403,7 @@ def test_bus_off_is_seen_reopened_in_the_same_process_and_commands_are_held_unti
     assert healthy.value("driver", "motors") == "disarmed"
     assert healthy.stage.group["driver"].pid == driver
     healthy.until(lambda: healthy.value("rig_simulator", "motors") == "holding")
-    healthy.until(lambda: healthy.call(SetBool, "driver/arm", data=True).success)
+    healthy.arm()
     healthy.until(lambda: healthy.value("rig_simulator", "motors") == "moving")
 
 

@@ -86,13 +86,15 @@ class Bench:
         self.bus.send(0x120, signed(motors[0], 1e-5) + signed(motors[1], 1e-5) + b"\0" + number[:1])
 
     def until(self, true, send=True, timeout=10.0):
-        """Serve the subscriptions, sending samples at 200 Hz, until something is so."""
-        end = time.monotonic() + timeout
+        """Serve the subscriptions until something is so, sending samples as a device does: 200 Hz of its clock."""
+        due = time.monotonic()
+        end = due + timeout
         while not true():
-            assert time.monotonic() < end, "timeout"
+            assert time.monotonic() < end, f"timeout; the last report: {self.reports[-1:]}"
             self.serve(0.005)
-            if send:
+            while send and due <= time.monotonic():
                 self.sample()
+                due += 0.005
 
     def serve(self, seconds):
         """Serve the subscriptions for so long."""

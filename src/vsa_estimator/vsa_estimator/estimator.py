@@ -16,12 +16,12 @@ from vsa_estimator.jump import Jump
 from vsa_estimator.learner import Learner
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, inertia_known, judge
-from vsa_estimator.rows import BAND, whiten
 from vsa_estimator.sample_clock import SampleClock
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.trust import CONTRADICTION, SILENCE, Trust
 from vsa_estimator.values import Estimate, Reset, State, Status
+from vsa_estimator.warm_up import warm_up
 
 IMPLAUSIBLE = 10.0  # multiple of a sensor's limit that is no measurement
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
@@ -370,21 +370,3 @@ class Estimator:
             stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
             now.k2, now.k2_variance, now.d2, now.d2_variance, now.force_offset, now.coulomb_friction,
         ))  # fmt: skip
-
-
-def warm_up() -> None:
-    """Run every compiled function once, so that the first samples do not wait for the compiler."""
-    tracker = Tracker(EstimatorConfig().initial, 100.0)
-    tracker.start(0.01, 30.0, 1e-10)
-    tracker.z[1] = 1e-3
-    tracker.knows = True
-    for _ in range(2):
-        tracker.predict(0.01, 1e-3)
-        tracker.correct_deflection(0.01, 1e-10)
-        tracker.correct_force(30.0, 1e-4, 1e-10, 0.01)
-    tracker.report(0.001, 1e-3, np.zeros(16))
-    whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
-    trust, jerk = Trust(100.0), JerkDensity()
-    for stamp_ns in range(0, 10**9, 10**7):
-        trust.weigh(tracker, 1e-9 * stamp_ns, Block(stamp_ns, 0.01, 30.0, 1, 1), False)
-        jerk.add(0.01, 1e-10, 0.01)
