@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from vsa_estimator.health import Noisiness
+from vsa_estimator.signs import no_noise, noisiness
 
 STD, BRISK = 0.017, 10.0  # N
 RING = 0.25  # N
 
 
 def listened(force, undamped=False):
-    noisiness = Noisiness(BRISK)
-    return [noisiness.observe(float(value), STD, undamped) for value in force]
+    memory = no_noise()
+    return [noisiness(memory, float(value), STD, BRISK * STD, undamped) for value in force]
 
 
 def ringing(count, slope=0.0):

@@ -7,7 +7,6 @@ the true instants, and over no others.
 """
 
 import math
-import statistics
 
 import numpy as np
 from vsa_common.accel import compiled
@@ -32,82 +31,90 @@ FOLLOW = 0.03  # [s]
 BOLDEST = 10.0  # no sample says more, in standard deviations
 
 
-class Pace:
-    """The sensor's own clock: the mean of its regular intervals, in step with its least delayed stamps."""
+# What `pace` remembers, in an array.
+PERIOD, INSTANT, LAST, SPREAD, INTERVALS, ODD, BEHIND, HURRIED_FOR, AWAY, RETURNED = range(10)
+STEPS = 10  # from here on, while the period is not known
 
-    def __init__(self) -> None:
-        """Nothing seen yet."""
-        self.period_ns = math.inf
-        self.returns = 0
-        self._away = False
-        self._steps: list[int] = []
-        self._last_ns = 0
-        self._instant_ns = 0.0
-        self._behind = self._hurried = self._odd = 0
 
-    def add(self, stamp_ns: int) -> float:
-        """Instant [ns] of the sample with this stamp, never later than that."""
-        step, self._last_ns = stamp_ns - self._last_ns, stamp_ns
-        if not 0 <= step <= PAUSE_NS or self._odd > ANOTHER:
-            self.period_ns = math.inf
-            self._steps.clear()
-            self._begin(stamp_ns)
-        elif self.period_ns == math.inf:
-            self._steps.append(step)
-            if len(self._steps) == FIRST:
-                self.period_ns = float(statistics.median(self._steps))
-                self._spread = REGULAR * self.period_ns
-                self._worth = float(FIRST)
-            self._begin(stamp_ns)
-        else:
-            self._measure(step)
-            periods = self._periods(stamp_ns, step)
-            expected = self._instant_ns + periods * self.period_ns
-            delay = stamp_ns - expected
-            self._instant_ns = expected + min(delay, LEAK * self.period_ns)
-            self._judge(delay)
-        return self._instant_ns
+@compiled
+def begin(memory: Array, stamp_ns: int) -> None:
+    """Be in step with this stamp."""
+    memory[INSTANT] = stamp_ns
+    memory[BEHIND] = memory[HURRIED_FOR] = memory[ODD] = 0.0
 
-    def _begin(self, stamp_ns: int) -> None:
-        self._instant_ns = float(stamp_ns)
-        self._behind = self._hurried = self._odd = 0
 
-    def _judge(self, delay: float) -> None:
-        """Samples that come too late, and then, closer together, come back to the pace: that is how lateness looks."""
-        if delay > 1.5 * self.period_ns:
-            self._away = True
-        elif self._away and delay < 0.5 * self.period_ns:
-            self._away = False
-            self.returns += self._hurried == HURRIED and self._spread < SHARP * self.period_ns
+@compiled
+def measure(memory: Array, step: float) -> None:
+    """The period is the mean of the regular intervals."""
+    period, spread = memory[PERIOD], memory[SPREAD]
+    off = step - period
+    if abs(off) < min(4.0 * spread, REGULAR * period):
+        memory[ODD] = max(0.0, memory[ODD] - 1.0)
+        memory[INTERVALS] = min(memory[INTERVALS] + 1.0, WORTH)
+        memory[PERIOD] += off / memory[INTERVALS]
+        memory[SPREAD] += (max(abs(off), LEAST * memory[PERIOD]) - spread) / memory[INTERVALS]
+    else:
+        memory[ODD] += 1.0
+        memory[SPREAD] += min(spread, REGULAR * period) / WORTH
 
-    def _measure(self, step: int) -> None:
-        off = step - self.period_ns
-        regular = abs(off) < min(4.0 * self._spread, REGULAR * self.period_ns)
-        self._odd = max(0, self._odd + (-1 if regular else 1))
-        if regular:
-            self._worth = min(self._worth + 1.0, WORTH)
-            self.period_ns += off / self._worth
-            self._spread += (max(abs(off), LEAST * self.period_ns) - self._spread) / self._worth
-        else:
-            self._spread += min(self._spread, REGULAR * self.period_ns) / WORTH
 
-    def _periods(self, stamp_ns: int, step: float) -> int:
-        """How many passed since the sample before: one, but for samples lost or wrongly taken for lost."""
-        period = self.period_ns
-        gap = (stamp_ns - self._instant_ns) / period
-        whole = round(gap)
-        if step < HURRY * period:
-            self._hurried = HURRIED
-        elif self._hurried:
-            self._hurried -= 1
-        elif step > 1.5 * period and abs(gap - whole) < min(WHOLE, 4.0 * self._spread / period):
-            self._behind = 0
-            return whole
-        self._behind = self._behind + 1 if gap > 1.5 and step > HURRY * period else 0
-        if self._behind < CONSECUTIVE:
-            return min(math.floor(gap + 0.3), 1)  # earlier than possible
-        self._behind = 0
-        return whole
+@compiled
+def periods(memory: Array, stamp_ns: int, step: float) -> float:
+    """How many passed since the sample before: one, but for samples lost or wrongly taken for lost."""
+    period = memory[PERIOD]
+    gap = (stamp_ns - memory[INSTANT]) / period
+    whole = np.rint(gap)
+    if step < HURRY * period:
+        memory[HURRIED_FOR] = HURRIED
+    elif memory[HURRIED_FOR] > 0.0:
+        memory[HURRIED_FOR] -= 1.0
+    elif step > 1.5 * period and abs(gap - whole) < min(WHOLE, 4.0 * memory[SPREAD] / period):
+        memory[BEHIND] = 0.0
+        return float(whole)
+    memory[BEHIND] = memory[BEHIND] + 1.0 if gap > 1.5 and step > HURRY * period else 0.0
+    if memory[BEHIND] < CONSECUTIVE:
+        return float(min(np.floor(gap + 0.3), 1.0))  # earlier than possible
+    memory[BEHIND] = 0.0
+    return float(whole)
+
+
+@compiled
+def return_from(memory: Array, delay: float) -> None:
+    """Samples that come too late, and then, closer together, come back to the pace: that is how lateness looks."""
+    if delay > 1.5 * memory[PERIOD]:
+        memory[AWAY] = 1.0
+    elif memory[AWAY] > 0.0 and delay < 0.5 * memory[PERIOD]:
+        memory[AWAY] = 0.0
+        if memory[HURRIED_FOR] == HURRIED and memory[SPREAD] < SHARP * memory[PERIOD]:
+            memory[RETURNED] += 1.0
+
+
+@compiled
+def pace(memory: Array, stamp_ns: int) -> float:
+    """Instant [ns] of the sample with this stamp by the sensor's own clock, never later than the stamp.
+
+    That clock is the mean of its regular intervals, in step with its least delayed stamps.
+    """
+    step = stamp_ns - memory[LAST]
+    memory[LAST] = stamp_ns
+    if not 0.0 <= step <= PAUSE_NS or memory[ODD] > ANOTHER:
+        memory[PERIOD], memory[INTERVALS] = np.inf, 0.0
+        begin(memory, stamp_ns)
+    elif memory[PERIOD] == np.inf:
+        memory[STEPS + int(memory[INTERVALS])] = step
+        memory[INTERVALS] += 1.0
+        if memory[INTERVALS] == FIRST:
+            memory[PERIOD] = np.median(memory[STEPS:])
+            memory[SPREAD] = REGULAR * memory[PERIOD]
+        begin(memory, stamp_ns)
+    else:
+        measure(memory, step)
+        passed = periods(memory, stamp_ns, step)
+        expected = memory[INSTANT] + passed * memory[PERIOD]
+        delay = stamp_ns - expected
+        memory[INSTANT] = expected + min(delay, LEAK * memory[PERIOD])
+        return_from(memory, delay)
+    return float(memory[INSTANT])
 
 
 @compiled
@@ -128,9 +135,14 @@ def follow(state: Array, instant_ns: float, deflection: float) -> float:
 
 
 @compiled
-def compare(stamped: Array, paced: Array, stamp_ns: float, instant_ns: float, deflection: float) -> float:
-    """By how much the instants explain the deflection better than the stamps do [m^2]."""
-    return float(follow(stamped, stamp_ns, deflection) ** 2 - follow(paced, instant_ns, deflection) ** 2)
+def compare(clock: Array, stamped: Array, paced: Array, stamp_ns: int, deflection: float) -> tuple[float, float]:
+    """Instant [ns] by the pace, and by how much these instants explain the deflection better than the stamps [m^2].
+
+    Stamps and instants are counted from the first sample.
+    """
+    instant_ns = pace(clock, stamp_ns)
+    gain = follow(stamped, stamp_ns, deflection) ** 2 - follow(paced, instant_ns, deflection) ** 2
+    return instant_ns, float(gain)
 
 
 class SampleClock:
@@ -138,7 +150,8 @@ class SampleClock:
 
     def __init__(self) -> None:
         """Stamps are believed at first."""
-        self._pace = Pace()
+        self._clock = np.zeros(STEPS + FIRST)
+        self._clock[PERIOD], self._clock[LAST] = math.inf, -math.inf
         self._stamped, self._paced = np.zeros(3), np.zeros(3)
         self._worth = self._gain = self._spread = 0.0  # leaky sums of what the pace explains better, and of its square
         self._origin_ns = self._instant_ns = 0
@@ -149,15 +162,13 @@ class SampleClock:
         """Instant [ns] of a sample of deflection [m]; strictly increasing as the stamps do."""
         if not self._origin_ns:
             self._origin_ns = stamp_ns
-        instant_ns = self._pace.add(stamp_ns)
-        self._weigh(stamp_ns, instant_ns, deflection)
-        chosen = round(instant_ns) if self.paced else stamp_ns
+        instant_ns, gain = compare(self._clock, self._stamped, self._paced, stamp_ns - self._origin_ns, deflection)
+        self._weigh(gain)
+        chosen = self._origin_ns + round(instant_ns) if self.paced else stamp_ns
         self._instant_ns = max(chosen, self._instant_ns + 1) if stamp_ns > self._instant_ns else stamp_ns
         return self._instant_ns
 
-    def _weigh(self, stamp_ns: int, instant_ns: float, deflection: float) -> None:
-        since, origin_ns = float(stamp_ns - self._origin_ns), self._origin_ns
-        gain = compare(self._stamped, self._paced, since, instant_ns - origin_ns, deflection)
+    def _weigh(self, gain: float) -> None:
         kept = 1.0 - FORGET
         if gain == 0.0:
             return
@@ -170,4 +181,4 @@ class SampleClock:
         if self._gain * self._gain > EVIDENCE * EVIDENCE * self._spread:
             self.paced, self._proven = self._gain > 0.0, True
         elif not self._proven:
-            self.paced = self._pace.returns >= RETURNS
+            self.paced = self._clock[RETURNED] >= RETURNS
