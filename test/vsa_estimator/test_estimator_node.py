@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
+from vsa_estimator.recordings import read_recordings
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
 DOMAIN = 20 + (os.getpid() + 20) % 80
@@ -100,8 +101,13 @@ class Lab:
 
 
 @pytest.fixture(scope="module")
-def lab():
-    process = start()
+def flights(tmp_path_factory):
+    return tmp_path_factory.mktemp("flights")
+
+
+@pytest.fixture(scope="module")
+def lab(flights):
+    process = start(f"flight_recorder.folder:={flights}", "flight_recorder.after:=1.0")
     lab = Lab()
     try:
         lab.until(lambda: lab.node.count_subscribers("/vsa/transmission_1/encoder") > 0)
@@ -168,6 +174,18 @@ def test_reset_is_counted_with_its_reason(lab):
     last = lab.impedances[-1]
     assert (last.reset_count, last.reset_reason) == (before + 1, TransmissionImpedance.RESET_REQUESTED)
     assert not last.stiffness_valid
+
+
+def test_what_led_to_a_reset_is_written_down_for_replay(lab, flights):
+    reset_at = lab.stamp_ns
+    lab.move(150)
+    lab.until(lambda: list(flights.glob("transmission_1_*_reset_REQUESTED.csv")))
+    (path,) = flights.glob("transmission_1_*_reset_REQUESTED.csv")
+    (recording,) = read_recordings(path)
+    assert np.abs(recording.stamp_ns - reset_at).min() < 1000
+    assert recording.stamp_ns[0] < reset_at - 5_000_000_000
+    assert recording.stamp_ns[-1] == pytest.approx(reset_at + 1_000_000_000, abs=0.1e9)
+    assert len(np.unique(recording.stamp_ns)) == len(recording)
 
 
 def test_a_force_without_its_encoder_is_no_sample(lab):

@@ -17,6 +17,7 @@ from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Healt
 from vsa_common.recent import Recent, described
 from vsa_common.stamps import set_stamp
 from vsa_common.throttled import Throttled
+from vsa_estimator.flight_recorder import FlightRecorder
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.pairing import Pairing
 from vsa_estimator.settings import NodeConfig
@@ -52,6 +53,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         config = self.config
         name = config.transmission
         self._estimator = create_estimator(config)
+        recorder = config.flight_recorder
+        self._recorder = FlightRecorder(recorder, name) if recorder.folder else None
         self._pairing = Pairing(int(config.pairing_tolerance * 1e9), int(config.reorder_window * 1e9))
         self._writer = Writer(TransmissionImpedance(header=Header(frame_id=name)))
         self._state = EstimatorState(header=Header(frame_id=name))
@@ -92,6 +95,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             self.destroy_subscription(subscription)
         for publisher in (*self._impedances.publishers, self._states):
             self.destroy_publisher(publisher)
+        if self._recorder is not None:
+            self._recorder.close()
 
     def health(self) -> Health:
         if not self.active:
@@ -111,6 +116,10 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         }
         refused = {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
         values |= refused
+        words = [state.reason] if state.reason else []
+        if self._recorder is not None:
+            values["flight_recordings"] = self._recorder.files
+            words += [self._recorder.failed] if self._recorder.failed else []
         lost = {name: getattr(state, name) for name in ("samples_dropped", "force_rejected", "deflection_rejected")}
         lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count}
         trouble = self._recent.rises(lost | refused, time.monotonic())
@@ -119,7 +128,6 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             return WARN, f"stamps of {' and '.join(wrong)} are zero or in the future", values
         if status is Status.STALE:
             return STALE, NO_SAMPLES, values
-        words = [state.reason] if state.reason else []
         words += [described(trouble)] if trouble else []
         level = WARN if trouble and status is Status.VALID else _LEVEL.get(status, WARN)
         return level, "; ".join(words) or "active", values
@@ -152,6 +160,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             if not self.active:
                 return
             estimate = self._estimator.add(stamp_ns, force, deflection)
+            if self._recorder is not None:
+                self._recorder.add(stamp_ns, force, deflection)
             if estimate is None:
                 return
             self.stamp_ns = stamp_ns
@@ -173,6 +183,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         if estimate.stamp_ns <= self._published_ns:
             return
         self._published_ns = estimate.stamp_ns
+        if self._recorder is not None:
+            self._recorder.watch(estimate)
         news = estimate.status is not self._status
         self._status, self._reset_count = estimate.status, estimate.reset_count
         self.on_estimate(estimate)

@@ -48,6 +48,16 @@ class EstimatorConfig:
 
 
 @dataclass(frozen=True)
+class FlightRecorderConfig:
+    """Samples around an event, for `replay`."""
+
+    folder: str = words("", "a reset or a complaint writes the samples around it here, as CSV; empty for none")
+    samples: int = quantity(30_000, "", 100, 1_000_000, "kept for it: 30 s at 1 kHz, in 24 bytes each")
+    after: float = quantity(5.0, "s", 1.0, 60.0, "of them so long after the event")
+    files: int = quantity(20, "", 1, 10_000, "of one transmission that are kept; the oldest go")
+
+
+@dataclass(frozen=True)
 class NodeConfig(EstimatorConfig):
     """What the estimator node has to be told besides."""
 
@@ -61,3 +71,4 @@ class NodeConfig(EstimatorConfig):
     reliability: str = choice(
         "reliable", ("reliable", "best_effort"), "QoS of the sensor subscriptions; best_effort hears any driver"
     )
+    flight_recorder: FlightRecorderConfig = group(FlightRecorderConfig)
