@@ -2,12 +2,8 @@
 
 import contextlib
 import dataclasses
-import os
-import subprocess
-import sys
-import tempfile
-from pathlib import Path
 
+from vsa_bringup.live_bench.lateness import Lateness
 from vsa_bringup.processes import renice
 
 NICE = -15
@@ -15,22 +11,7 @@ TRIALS = 6
 HICCUP = 0.02  # s by which a process that comes before all others may wake too late
 RIG = {"realtime": {"priority": 50}}  # where permitted: a real rig is no process that waits for others
 
-WATCH = """
-import os, sys, time
-os.sched_setaffinity(0, {int(sys.argv[1])})
-try:
-    os.setpriority(os.PRIO_PROCESS, 0, -20)
-except PermissionError:
-    pass
-last, parent = time.monotonic(), os.getppid()
-while os.getppid() == parent:
-    time.sleep(0.002)
-    last, late = time.monotonic(), time.monotonic() - last - 0.002
-    if late > float(sys.argv[3]):
-        with open(sys.argv[2], "a") as log:
-            print(late, file=log)
-"""
-_LOGS = []
+_WATCHES = []
 
 
 @contextlib.contextmanager
@@ -56,23 +37,17 @@ def with_weight(parts, nice):
 @contextlib.contextmanager
 def watched():
     """Note, for `undisturbed`, how long each core stands still meanwhile."""
-    with tempfile.TemporaryDirectory() as folder:
-        logs = {core: Path(folder) / str(core) for core in os.sched_getaffinity(0)}
-        command = [sys.executable, "-S", "-c", WATCH]
-        watches = [subprocess.Popen([*command, str(core), str(log), str(HICCUP)]) for core, log in logs.items()]
-        _LOGS.extend(logs.values())
+    with Lateness() as watch:
+        _WATCHES.append(watch)
         try:
             yield
         finally:
-            _LOGS.clear()
-            for watch in watches:
-                watch.kill()
-                watch.wait()
+            _WATCHES.remove(watch)
 
 
 def stood():
     """How long cores have stood still since `watched` [s]."""
-    return sum(float(line) for log in _LOGS if log.exists() for line in log.read_text().split())
+    return sum(float(late[late > HICCUP].sum()) for late in (watch.seconds() for watch in _WATCHES))
 
 
 def undisturbed(trial, prepare, allowed=0.0):

@@ -8,8 +8,9 @@ from typing import Any
 
 from vsa_bringup.isolation import claim_corner
 from vsa_bringup.live_bench.cast import Case, rigs, suite, write_case
+from vsa_bringup.live_bench.lateness import Lateness
 from vsa_bringup.live_bench.observer import Observer
-from vsa_bringup.live_bench.score import Score, score
+from vsa_bringup.live_bench.score import Score, quantiles, score
 from vsa_bringup.live_bench.usage import cpu_seconds, resident_mb
 from vsa_bringup.processes import ProcessError
 from vsa_bringup.stage import READY_S, SETTLE_S, SILENCE_S, Stage
@@ -32,7 +33,7 @@ def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] 
     folder.mkdir(parents=True, exist_ok=True)
     parameters = folder / "parameters.yaml"
     write_case(parameters, case, corner.bus_port)
-    with Stage(corner.environment(), folder / "logs", "/bench") as stage:
+    with Lateness() as lateness, Stage(corner.environment(), folder / "logs", "/bench") as stage:
         observer = Observer(stage.node, case)
         members, simulated = suite(case), rigs(case)
         stage.start([*simulated, *members], parameters)
@@ -45,6 +46,7 @@ def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] 
         watched = pids | {"subscriber": os.getpid()}
         for space in case.namespaces:
             stage.request(f"/{space}/rig_simulator/start")
+        lateness.forget()
         begin, used = time.monotonic(), {name: cpu_seconds(pid) for name, pid in watched.items()}
         stage.spin(WARM_UP * case.duration_s)
         resident = sum(resident_mb(pids[part.name]) for part in members)
@@ -53,11 +55,12 @@ def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] 
         elapsed = time.monotonic() - begin
         cpu = {name: 100.0 * (cpu_seconds(pid) - used[name]) / elapsed for name, pid in watched.items()}
         _drain(stage, observer, DRAIN_S + 0.5 * case.duration_s)
+        late = quantiles(1e3 * lateness.seconds())
         result = score([observer.heard(space) for space in case.namespaces])
-    return figures(case, result, cpu, grown)
+    return figures(case, result, cpu, grown, late)
 
 
-def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float) -> dict[str, Any]:
+def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float, late: dict[str, Any]) -> dict[str, Any]:
     """One run as the JSON file has it."""
     return {
         "mode": case.mode,
@@ -69,6 +72,7 @@ def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float) -
         "samples_lost": result.lost,
         "sustained": result.sustained,
         "latency_ms": result.latency_ms,
+        "machine_late_ms": late,
         "cpu_percent": {name: round(percent, 1) for name, percent in cpu.items()},
         "rss_growth_mb": round(grown_mb, 2),
     }

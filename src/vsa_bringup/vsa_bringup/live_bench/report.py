@@ -8,12 +8,13 @@ from vsa_bringup.live_bench.cast import COMPOSED, ORDINARY, SEPARATE
 from vsa_common.figures import JOINT, MEASURED, SIDE_1, WARNING, panels, save
 
 HEADER = (
-    "mode", "joints", "rate [Hz]", "sent", "lost", "p50 [ms]", "p99", "p99.9", "max", "CPU [%]", "of which", "RSS [MB]",
-    "",
+    "mode", "joints", "rate [Hz]", "sent", "lost", "p50 [ms]", "p99", "p99.9", "max", "machine", "CPU [%]", "of which",
+    "RSS [MB]", "",
 )  # fmt: skip
 NOTE = (
-    "Delay from the capture stamp of a sample's later CAN frame to its joint message in another process. CPU of one "
-    "core, suite alone. RSS: growth after the first fifth. Simulated rig, bus and subscriber run on the same machine."
+    "Delay from the capture stamp of a sample's later CAN frame to its joint message in another process. machine: p99 "
+    "of how late a process that does nothing and comes before all others is woken meanwhile. CPU of one core, suite "
+    "alone. RSS: growth after the first fifth. Simulated rig, bus and subscriber run on the same machine."
 )
 SHORT = {"estimator_1": "est 1", "estimator_2": "est 2"}
 OUTSIDE = ("rig_simulator", "subscriber")
@@ -23,7 +24,8 @@ COLOURS = {SEPARATE: SIDE_1, COMPOSED: JOINT, ORDINARY: MEASURED}
 def row(run: dict[str, Any]) -> list[str]:
     """One line of the table."""
     cpu = {name: percent for name, percent in run["cpu_percent"].items() if not name.endswith(OUTSIDE)}
-    delays = [f"{value:.2f}" if value is not None else "-" for value in run["latency_ms"].values()]
+    shown = [*run["latency_ms"].values(), run["machine_late_ms"]["p99"]]
+    delays = [f"{value:.2f}" if value is not None else "-" for value in shown]
     parts = ", ".join(f"{SHORT.get(name, name)} {percent:.0f}" for name, percent in cpu.items())
     return [
         run["mode"],

@@ -44,11 +44,16 @@ def score(joints: Sequence[Heard]) -> Score:
     """
     delays = [_delays(heard) for heard in joints]
     together = np.concatenate([list(one.values()) for one in delays]) if delays else np.empty(0)
-    latency: dict[str, Any] = dict.fromkeys(QUANTILES)
-    if together.size:
-        latency = {name: round(float(np.quantile(together, q)), 3) for name, q in QUANTILES.items()}
+    latency = quantiles(together)
     sent, fused = sum(heard.sent for heard in joints), sum(map(len, delays))
     return Score(sent, fused, latency, 0 < sent == fused and not any(map(_grew, delays)))
+
+
+def quantiles(milliseconds: NDArray[np.float64]) -> dict[str, Any]:
+    """Of delays; None of none."""
+    if not milliseconds.size:
+        return dict.fromkeys(QUANTILES)
+    return {name: round(float(np.quantile(milliseconds, q)), 3) for name, q in QUANTILES.items()}
 
 
 def _delays(heard: Heard) -> dict[int, float]:
