@@ -22,6 +22,13 @@ def test_a_nice_value_holds_for_every_thread():
     assert answer(THREAD + code + "print(*[os.getpriority(os.PRIO_PROCESS, t) for t in threads])") == "19 19"
 
 
+def test_a_wait_ends_when_it_should_in_threads_started_later_too():
+    code = "import ctypes; from vsa_common.realtime import wake_on_time; libc = ctypes.CDLL(None); "
+    code += "slack = lambda: libc.prctl(30, 0, 0, 0, 0); before = slack(); wake_on_time(); "
+    code += "thread = threading.Thread(target=lambda: print(before > 1, slack())); thread.start(); thread.join()"
+    assert answer(code) == "True 1"
+
+
 def test_linear_algebra_is_done_by_the_thread_that_asks_for_it():
     code = "import numpy, scipy.linalg, threadpoolctl; from vsa_common.realtime import compute_alone; compute_alone(); "
     run = subprocess.run(

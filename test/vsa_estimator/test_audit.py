@@ -54,9 +54,9 @@ def test_a_regression_contradicts_beyond_chance_alone():
     tracker, covariance = estimator._tracker, np.diag((0.01 * estimator._tracker.z[3:]) ** 2 + 1e-12)
     rng = np.random.default_rng(1)
     near = rng.multivariate_normal(tracker.z[3:], covariance, 500)
-    assert not any(tracker.contradicts(mean, covariance, 0.017) for mean in near)
-    assert tracker.contradicts(1.07 * tracker.z[3:], covariance, 0.017)
-    assert not tracker.contradicts(1.07 * tracker.z[3:], covariance, 1e-6)  # a mass that is felt
+    assert not any(tracker.contradicts(mean, covariance, 0.01, 0.017) for mean in near)
+    assert tracker.contradicts(1.07 * tracker.z[3:], covariance, 0.01, 0.017)
+    assert not tracker.contradicts(1.07 * tracker.z[3:], covariance, 1.0, 0.017)  # a mass that is felt
 
 
 def test_jolts_leave_the_filter_unsuspected_and_a_force_that_is_never_explained_does_not():
@@ -89,7 +89,7 @@ def test_brisk_steps_and_creep_between_them_do_not_mislead_the_regression(seed):
     reference = float(recording.deflection[0])
     learner.begin(0.01, reference, 0.017, 1.04e-5, 0.03, audit=True)
     while fit is None:
-        fit = learner.advance()
+        fit = learner.advance(0.01)
     s = np.log(rig.k1 * rig.k2) + rig.k2 * reference
     truth = np.array([s, rig.k2, rig.d1, rig.d2, rig.mass, rig.force_offset, rig.coulomb_friction])
     scale = np.sqrt(np.diag(fit.covariance))

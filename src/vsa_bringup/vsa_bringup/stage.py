@@ -24,8 +24,8 @@ from vsa_common.node import RELIABLE
 from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 READY_S = 60.0  # for all processes to be active, on a busy machine
-ANSWER_S = 5.0  # for a service to answer
-ASK_AGAIN_S = 2.0  # whether a node is active
+ANSWER_S = 10.0  # for a service to answer
+ASK_AGAIN_S = 2.0  # where no answer came
 SETTLE_S = 0.5  # for the last readers and writers to find each other
 SILENCE_S = 0.5  # the driver tells ten times a second which samples it had
 
@@ -124,10 +124,13 @@ class Stage:
         self._until(is_open, lambda: f"nobody listens on port {port}")
 
     def request(self, service: str) -> None:
-        """Call a Trigger service, `rig_simulator/start`. Raises ProcessError where it fails."""
+        """Call a Trigger service that bears being called twice, as `rig_simulator/start`. Raises ProcessError."""
         client = self.node.create_client(Trigger, service)
         self._until(client.service_is_ready, lambda: f"no service {service}")
-        answer = self._call(client, Trigger.Request(), service)
+        end = time.monotonic() + ANSWER_S
+        while (answer := self._ask(client, Trigger.Request())) is None:
+            if time.monotonic() > end:
+                raise ProcessError(f"after {ANSWER_S:.0f} s: {service} does not answer")
         if not answer.success:
             raise ProcessError(f"{service}: {answer.message}")
         self.node.destroy_client(client)
@@ -160,14 +163,19 @@ class Stage:
             self._states[name] = self.node.create_client(GetState, f"{name}/get_state")
         if not self._states[name].service_is_ready():
             return False
-        future = self._states[name].call_async(GetState.Request())
+        answer = self._ask(self._states[name], GetState.Request())
+        return answer is not None and bool(answer.current_state.id == State.PRIMARY_STATE_ACTIVE)
+
+    def _ask(self, client: Any, request: Any) -> Any:
+        """The answer, or None after a while: one to somebody who has just appeared can get lost."""
+        future = client.call_async(request)
         end = time.monotonic() + ASK_AGAIN_S
         while not future.done() and time.monotonic() < end:
             self.spin(0.02)
-        if not future.done():  # an answer to one who has just appeared can get lost
-            self._states[name].remove_pending_request(future)
-            return False
-        return bool(future.result().current_state.id == State.PRIMARY_STATE_ACTIVE)
+        if future.done():
+            return future.result()
+        client.remove_pending_request(future)
+        return None
 
     def _call(self, client: Any, request: Any, name: str, limit: float = ANSWER_S) -> Any:
         future = client.call_async(request)

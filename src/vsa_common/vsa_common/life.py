@@ -14,7 +14,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 from vsa_common.configuration import ConfigurationError, parameter_files, read_parameter_file
 from vsa_common.node import RCLError, SuiteNode
-from vsa_common.realtime import ask_for, compute_alone
+from vsa_common.realtime import ask_for, compute_alone, wake_on_time
 
 
 def run(
@@ -41,6 +41,7 @@ def run(
     try:
         check_parameter_files(sys.argv if args is None else args)
         tune_middleware()
+        wake_on_time()
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         spinner = executor()
         speaker = ""  # a node that cannot be names itself

@@ -77,6 +77,7 @@ class Estimator:
             self._deflection_rejected += not placed
         for block in self._blocks.add(instant_ns, deflection if placed else None, force if fresh else None):
             self._step(block)
+        self._learn()
         self._fused += 1
         self._force = force
         self._stamp_ns, self._instant_ns = stamp_ns, instant_ns
@@ -148,6 +149,7 @@ class Estimator:
         self._trust = Trust(rate)
         self._jump = Jump()
         self._inertia_known = False
+        self._samples = 1  # in the last block
         self._estimate = None
         self._started = False
         self._has_fit = False
@@ -198,7 +200,7 @@ class Estimator:
         if block.stamp_ns - self._refreshed_ns >= REFRESH * 1e9 - 0.5 * self._blocks.period_ns:
             self._refreshed_ns = block.stamp_ns
             self._refresh(block)
-        self._learn(block)
+        self._samples = block.samples
         self._inertia_known = inertia_known(tracker, self._force_noise.std)
 
     def _place(self, block: Block, deflection_variance: float) -> bool:
@@ -256,15 +258,15 @@ class Estimator:
             self._deflection_noise.std * per_block, self._jerk.density, audit=self._tracker.knows,
         )  # fmt: skip
 
-    def _learn(self, block: Block) -> None:
-        fit = self._learner.advance()
+    def _learn(self) -> None:
+        fit = self._learner.advance(self._blocks.period_ns * 1e-9)
         if fit is None:
             return
-        tracker, sure = self._tracker, self._learner.sure(fit, self._force_noise.std / math.sqrt(block.samples))
+        tracker, sure = self._tracker, self._learner.sure(fit, self._force_noise.std / math.sqrt(self._samples))
         if tracker.knows:
             self._audit_pause = min(2 * self._audit_pause, AUDIT_MOST)
-            self._audit_ns = block.stamp_ns + self._audit_pause
-            if not sure or not tracker.contradicts(fit.mean, fit.covariance, self._force_noise.std):
+            self._audit_ns = self._step_ns + self._audit_pause
+            if not sure or not tracker.contradicts(fit.mean, fit.covariance, fit.acceleration, self._force_noise.std):
                 return
             self._count_reset(Reset.INNOVATION)
         self._has_fit = True
@@ -274,7 +276,7 @@ class Estimator:
             tracker.knows = True
             tracker.remember_stroke(*self._learner.range)
             self._audit_pause = AUDIT_FIRST
-            self._audit_ns = block.stamp_ns + AUDIT_FIRST
+            self._audit_ns = self._step_ns + AUDIT_FIRST
 
     def _resume(self, block: Block, silence: float, deflection_variance: float) -> None:
         """After a silence too long to predict across: a new place, the old coefficients."""

@@ -1,15 +1,17 @@
-"""Learns start values from the moving part of the last seconds, a slice of work at each step."""
+"""Learns start values from the moving part of the last seconds, a slice of work at a time."""
 
 import numpy as np
 from vsa_estimator.filter import LEAST_STROKE
 from vsa_estimator.model import Array
-from vsa_estimator.rows import smooth
+from vsa_estimator.rows import Rows, Slices, smooth
 from vsa_estimator.settings import Initial
-from vsa_estimator.startup import Fit, Regression, Work
+from vsa_estimator.startup import Fit, Regression
 
 KEPT = 40.0  # moving data remembered [s]
 LEAST_TIME = 1.0  # no attempt before [s]
 LEAST_SAMPLES = 40
+SLICE_RATE = 1000.0  # [1/s]
+MOST_SLICES = 10.0  # at once
 SURE_DAMPING = 0.1  # relative standard deviation of d1: one sweep of the stroke does not part damper and spring
 
 
@@ -21,7 +23,8 @@ class Learner:
         self._regression = Regression(initial)
         self._buffer = np.zeros((int(KEPT * rate), 3))
         self._count = 0
-        self._work: Work | None = None
+        self._work: Slices[Fit | None] | None = None
+        self._due = 0.0
         self._range = (0.0, 0.0)
         self._greatest_force = 0.0
         self._duration = 0.0
@@ -56,22 +59,34 @@ class Learner:
         self._range = float(deflection.max()), float(deflection.min())
         self._greatest_force = float(force.max())
         self._duration = time.size * period
-        rows = smooth(time, deflection, force, period, deflection_noise_std, force_noise_std, jerk_density)
-        if rows is not None:
-            rows = rows.part(rows.described) if audit else rows
-            self._work = self._regression.work(rows, reference, force_noise_std, deflection_noise_std)
+        self._work = self._slices(
+            smooth(time, deflection, force, period, deflection_noise_std, force_noise_std, jerk_density),
+            reference, force_noise_std, deflection_noise_std, audit,
+        )  # fmt: skip
 
-    def advance(self) -> Fit | None:
-        """One slice; the fit where that was the last one."""
+    def advance(self, period: float) -> Fit | None:
+        """As many slices as are due `period` [s] after the last call; the fit where one was the last."""
         if self._work is None:
             return None
+        self._due = min(self._due + SLICE_RATE * period, MOST_SLICES)
         try:
-            next(self._work)
+            while self._due >= 1.0:
+                self._due -= 1.0
+                next(self._work)
         except StopIteration as finished:
             self._work = None
             fit: Fit | None = finished.value
             return fit
         return None
+
+    def _slices(
+        self, smoothing: Slices[Rows | None], reference: float, force_std: float, deflection_std: float, audit: bool
+    ) -> Slices[Fit | None]:
+        rows = yield from smoothing
+        if rows is None:
+            return None
+        rows = rows.part(rows.described) if audit else rows
+        return (yield from self._regression.work(rows, reference, force_std, deflection_std))
 
     def sure(self, fit: Fit, force_noise_std: float) -> bool:
         """Whether a filter that starts from this fit errs less by its linearisation than by noise."""

@@ -1,6 +1,8 @@
 """Smoothed rows of motion and force from overlapping windows, and the covariance of the noise that they share."""
 
+from collections.abc import Generator
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,11 @@ LEAST_ROWS = 8
 MOST_ROWS = 400
 DRAWS = 4  # of pure noise through the same windows, to see what it pretends to know
 POOR = 3.0  # times the variance that noise leaves in a window, beyond which no cubic describes it
+CHUNK = 40  # windows that are smoothed in one slice
 BAND = 4  # neighbours on either side that a row may share samples with
+
+Result = TypeVar("Result")
+Slices = Generator[None, None, Result]  # yields between slices of work
 
 
 @dataclass(frozen=True)
@@ -38,7 +44,7 @@ class Rows:
 
 def smooth(
     time: Array, deflection: Array, force: Array, period: float, noise_std: float, force_std: float, jerk_density: float
-) -> Rows | None:
+) -> Slices[Rows | None]:
     """Local cubics through deflection and force over one window; None where there is too little data.
 
     The window is as long as the motion allows: its bias and its noise meet near the frequency w_c.
@@ -52,33 +58,37 @@ def smooth(
     centre = centre[time[centre + half] - time[centre - half] < (2 * half + 0.5) * period * 1.1]
     if centre.size < LEAST_ROWS:
         return None
-    pick = centre[:, None] + np.arange(-half, half + 1)
     scale = half * period
-    u = (time[pick] - time[centre][:, None]) / scale
-    basis = np.stack([np.ones_like(u), u, u * u, u * u * u], axis=1)
-    cubic = np.linalg.inv(basis @ basis.transpose(0, 2, 1)) @ basis
-    described = [
-        _describes(basis, cubic, values[pick], std) for values, std in ((deflection, noise_std), (force, force_std))
-    ]
-    weights = cubic[:, :3]
-    weights[:, 1] /= scale
-    weights[:, 2] *= 2.0 / scale**2
-    motion = np.einsum("nij,nj->ni", weights, deflection[pick])
     place = centre // stride
+    noise = np.random.default_rng(0).standard_normal((time.size, DRAWS))
+    weights = np.empty((centre.size, 3, 2 * half + 1))
+    motion, smoothed_force = np.empty((centre.size, 3)), np.empty(centre.size)
+    through = np.empty((3, centre.size, DRAWS))
+    described = np.empty(centre.size, dtype=bool)
+    for first in range(0, centre.size, CHUNK):
+        yield
+        part = slice(first, first + CHUNK)
+        pick = centre[part, None] + np.arange(-half, half + 1)
+        u = (time[pick] - time[centre[part]][:, None]) / scale
+        basis = np.stack([np.ones_like(u), u, u * u, u * u * u], axis=1)
+        cubic = np.linalg.inv(basis @ basis.transpose(0, 2, 1)) @ basis
+        described[part] = _describes(basis, cubic, deflection[pick], noise_std)
+        described[part] &= _describes(basis, cubic, force[pick], force_std)
+        weights[part] = cubic[:, :3] * np.array([1.0, 1.0 / scale, 2.0 / scale**2])[:, None]
+        motion[part] = np.einsum("nij,nj->ni", weights[part], deflection[pick])
+        smoothed_force[part] = np.einsum("nj,nj->n", weights[part, 0], force[pick])
+        through[:, part] = np.einsum("nij,njd->ind", weights[part], noise[pick])
     shared = np.zeros((centre.size, BAND + 1, 3, 3))
     shared[:, 0] = weights @ weights.transpose(0, 2, 1)
     for m in range(1, BAND + 1):
+        yield
         before = np.searchsorted(place, place - m)
         pair = (place[before] == place - m) & (m * stride <= 2 * half)
         later, earlier = weights[pair][:, :, : -m * stride], weights[before[pair]][:, :, m * stride :]
         shared[pair, m] = later @ earlier.transpose(0, 2, 1)
-    smoothed_force = np.einsum("nj,nj->n", weights[:, 0], force[pick])
-    noise = np.random.default_rng(0).standard_normal((time.size, DRAWS))
-    through = np.einsum("nij,njd->ind", weights, noise[pick])
     return Rows(
-        motion[:, 0], motion[:, 1], motion[:, 2], smoothed_force, place, shared, through, described[0] & described[1],
-        half * period,
-    )  # fmt: skip
+        motion[:, 0], motion[:, 1], motion[:, 2], smoothed_force, place, shared, through, described, half * period
+    )
 
 
 def _describes(basis: Array, cubic: Array, values: Array, std: float) -> NDArray[np.bool_]:

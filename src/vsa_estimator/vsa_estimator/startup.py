@@ -4,16 +4,15 @@ With k2 given, the force of eq. (6) is linear in the other coefficients but for 
 overlapping windows, so that they share noise; generalised least squares weighs them by their exact covariance. What
 noise of the motion alone pretends to know is taken off the normal equations again (corrected least squares, Fuller,
 "Measurement error models", 1987): on a single sweep of the stroke it would settle the damper, wrongly.
-Every pass is one slice of work, so that no sample has to wait for the whole of it.
+All of it is cut into slices of a fraction of a millisecond: no sample has to wait for more.
 """
 
-from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
 from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.model import COULOMB_SPEED, UNBOUNDED_SPEED, Array
-from vsa_estimator.rows import BAND, DRAWS, LEAST_ROWS, Rows, whiten
+from vsa_estimator.rows import BAND, DRAWS, LEAST_ROWS, Rows, Slices, whiten
 from vsa_estimator.settings import Initial
 
 REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...
@@ -33,9 +32,7 @@ class Fit:
     covariance: Array
     ln_k2_std: float
     stroke: float  # [m]
-
-
-Work = Generator[None, None, Fit | None]
+    acceleration: float  # root mean square [m/s^2]
 
 
 @dataclass(frozen=True)
@@ -97,12 +94,15 @@ class _Bank:
         self._covariance = problem.covariance(np.full_like(problem.dx, 1e4), np.full_like(problem.dx, 4e3), 0.0)
         self.cost = np.inf
 
-    def refine(self, last: bool) -> None:
+    def refine(self, last: bool) -> Slices[None]:
         """Regress for every member, weigh them, then zoom in and refresh v*, slopes and row variances."""
         k2 = np.exp(self._ln_k2)
         growth = np.exp(np.clip(k2[:, None] * self._problem.dx, -30.0, 12.0))
-        design, pretended, target = self._whitened(growth, k2)
+        yield
+        design, pretended, target = yield from self._whitened(growth, k2)
+        yield
         chi2, chi2_of_truth = self._solve(design, pretended, target)
+        yield
         self._inflation = INFLATION * max(1.0, float(chi2.min()) / max(target.size - 6, 1))
         best, mean, std = self._weigh(chi2, chi2_of_truth)
         self._used = self._ln_k2
@@ -113,18 +113,22 @@ class _Bank:
             width = min(3.0 * std + 0.3 * step, SPAN)
             self._ln_k2 = mean + width * np.linspace(-1.0, 1.0, MEMBERS)
 
-    def _whitened(self, growth: Array, k2: Array) -> tuple[Array, Array, Array]:
+    def _whitened(self, growth: Array, k2: Array) -> Slices[tuple[Array, Array, Array]]:
         """Design (MEMBERS, n, 6), what noise of its own pretends to know (MEMBERS, 6, 6), and the force (n,)."""
         rows, v = self._problem.rows, self._problem.rows.velocity
         c = np.clip(v, -self._speed, self._speed)
         linear = np.column_stack([c, c**3, rows.acceleration, np.ones(v.size), self._problem.friction])
-        columns = np.column_stack([growth.T, linear, rows.force, *self._regressor_noise(growth, k2, c)])
+        noise = yield from self._regressor_noise(growth, k2, c)
+        columns = np.column_stack([growth.T, linear, rows.force, *noise])
+        yield
         whiten(self._covariance, columns)
         pretended = np.zeros((MEMBERS, 6, 6))
         for draw in range(DRAWS):
             first = MEMBERS + 6 + draw * (MEMBERS + 5)
+            yield
             faked = self._designs(columns[:, first : first + MEMBERS + 5])
             pretended += faked.transpose(0, 2, 1) @ faked / DRAWS
+        yield
         return self._designs(columns[:, : MEMBERS + 5]), pretended, columns[:, MEMBERS + 5]
 
     def _solve(self, design: Array, pretended: Array, target: Array) -> tuple[Array, Array]:
@@ -173,13 +177,14 @@ class _Bank:
         design *= self._prior.std
         return design
 
-    def _regressor_noise(self, growth: Array, k2: Array, c: Array) -> list[Array]:
+    def _regressor_noise(self, growth: Array, k2: Array, c: Array) -> Slices[list[Array]]:
         """What white noise of the deflection does to the columns, one (n, MEMBERS + 5) a draw."""
         deflection, velocity, acceleration = np.sqrt(self._problem.deflection_variance) * self._problem.rows.noise
         v, blur = self._problem.rows.velocity, self._problem.blur
         moving = np.abs(v) < self._speed
         found = []
         for dx, dv, da in zip(deflection.T, velocity.T, acceleration.T, strict=True):
+            yield
             nothing = np.zeros_like(dx)
             friction = 0.5 * (np.tanh((v + dv) / blur) - np.tanh((v - dv) / blur))
             linear = np.column_stack([moving * dv, 3.0 * c * c * moving * dv, da, nothing, friction])
@@ -218,11 +223,13 @@ class _Bank:
             gradient[0, 0] = 1.0 / scale
             gradient[2:, 1:] = np.eye(5)
             covariance += weight * gradient @ member @ gradient.T
-        return Fit(mean, covariance, self.ln_k2_std, float(np.ptp(self._problem.rows.deflection)))
+        rows = self._problem.rows
+        acceleration = float(np.sqrt(np.mean(rows.acceleration**2)))
+        return Fit(mean, covariance, self.ln_k2_std, float(np.ptp(rows.deflection)), acceleration)
 
 
 class Regression:
-    """The bank: `work` yields after every slice and returns the Fit, or None where the rows do not suffice."""
+    """The bank over k2."""
 
     def __init__(self, initial: Initial) -> None:
         """The start values with their standard deviations are the prior."""
@@ -236,7 +243,9 @@ class Regression:
         self.ln_k2 = float(np.log(initial.k2))
         self.ln_k2_std = initial.k2_std / initial.k2
 
-    def work(self, rows: Rows, reference: float, force_noise_std: float, deflection_noise_std: float) -> Work:
+    def work(
+        self, rows: Rows, reference: float, force_noise_std: float, deflection_noise_std: float
+    ) -> Slices[Fit | None]:
         """Generator of slices; its return value holds what two starts found, one for each side of v*.
 
         Both count by how well they explain the force: where a damper at its maximum explains it as well as one below,
@@ -250,12 +259,16 @@ class Regression:
         for speed in (widest, 0.5 * widest):
             bank = _Bank(self, problem, speed)
             for index in range(PASSES):
-                bank.refine(last=index == PASSES - 1)
+                yield from bank.refine(last=index == PASSES - 1)
                 yield
             banks.append(bank)
         costs = np.array([bank.cost for bank in banks])
         weights = np.exp(-0.5 * (costs - costs.min()))
-        return _mixed([bank.fit() for bank in banks], weights / weights.sum())
+        fits = []
+        for bank in banks:
+            fits.append(bank.fit())
+            yield
+        return _mixed(fits, weights / weights.sum())
 
 
 def _mixed(fits: list[Fit], weights: Array) -> Fit:
@@ -265,4 +278,4 @@ def _mixed(fits: list[Fit], weights: Array) -> Fit:
     covariance = np.einsum("f,fij->ij", weights, [fit.covariance for fit in fits])
     covariance = covariance + np.einsum("f,fi,fj->ij", weights, apart, apart)
     ln_k2_std = float(np.sqrt(weights @ [fit.ln_k2_std**2 for fit in fits] + weights @ (apart[:, 1] / mean[1]) ** 2))
-    return Fit(mean, covariance, ln_k2_std, fits[0].stroke)
+    return Fit(mean, covariance, ln_k2_std, fits[0].stroke, fits[0].acceleration)

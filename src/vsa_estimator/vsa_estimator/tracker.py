@@ -157,13 +157,14 @@ class Tracker:
         self.p[:3, 3:] = 0.0
         self.p[3:, 3:] = covariance
 
-    def contradicts(self, mean: Array, covariance: Array, force_noise_std: float) -> bool:
+    def contradicts(self, mean: Array, covariance: Array, acceleration: float, force_noise_std: float) -> bool:
         """Whether a regression over the same data has found other coefficients, beyond what it may be off by.
 
-        A mass that may be felt confounds the regression; then the filter is believed.
+        A mass that may be felt at the data's `acceleration` [m/s^2] confounds the regression; then the filter is
+        believed.
         """
         mass = float(self.z[Z.M]) + math.sqrt(float(self.p[Z.M, Z.M]))
-        if mass * math.sqrt(max(self._acceleration_square, 0.0) + float(self.p[2, 2])) > 2.0 * force_noise_std:
+        if mass * acceleration > 2.0 * force_noise_std:
             return False
         scale = np.sqrt(np.diag(covariance))
         apart = (self.z[3:] - mean) / scale
