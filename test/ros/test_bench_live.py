@@ -1,6 +1,7 @@
 """`./vsa bench live` and `./vsa bench view`: what they count is what there was."""
 
 import json
+import os
 import subprocess
 
 import numpy as np
@@ -15,7 +16,7 @@ from vsa_bringup.processes import executable
 
 RUN = {
     "mode", "rate_hz", "joints", "duration_s", "samples_sent", "samples_fused", "samples_lost", "sustained",
-    "latency_ms", "machine_late_ms", "cpu_percent", "rss_growth_mb",
+    "latency_ms", "machine_late_ms", "stolen_percent", "cpu_percent", "rss_growth_mb",
 }  # fmt: skip
 MS = 1_000_000
 
@@ -56,7 +57,8 @@ def test_a_growing_delay_is_not_sustained():
 def test_nothing_heard_is_nothing_sustained():
     result = score([Heard(10, np.empty((0, 3), np.int64), {}, {})])
     assert (result.lost, result.sustained, result.latency_ms["p99"]) == (10, False, None)
-    run = figures(Case("composed", 1000, 1, 1.0), result, {"composed": 50.0}, 0.0, quantiles(np.empty(0)))
+    run = figures(Case("composed", 1000, 1, 1.0), result, {"composed": 50.0}, 0.0)
+    run |= {"machine_late_ms": quantiles(np.empty(0)), "stolen_percent": 0.0}
     assert row(run)[-1] == "not sustained"
     assert len(row(run)) == len(HEADER)
 
@@ -85,6 +87,7 @@ def test_a_run_has_the_documented_form(runs):
 
 
 def test_how_late_the_machine_itself_was_stands_beside(runs):
+    assert all(0.0 <= run["stolen_percent"] < 100.0 * os.cpu_count() for run in runs)
     for late in (run["machine_late_ms"] for run in runs):
         assert 0.0 < late["p50"] <= late["p99"] <= late["max"]
 

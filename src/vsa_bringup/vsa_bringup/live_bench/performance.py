@@ -11,7 +11,7 @@ from vsa_bringup.live_bench.cast import Case, rigs, suite, write_case
 from vsa_bringup.live_bench.lateness import Lateness
 from vsa_bringup.live_bench.observer import Observer
 from vsa_bringup.live_bench.score import Score, quantiles, score
-from vsa_bringup.live_bench.usage import cpu_seconds, resident_mb
+from vsa_bringup.live_bench.usage import cpu_seconds, resident_mb, stolen_seconds
 from vsa_bringup.processes import ProcessError
 from vsa_bringup.stage import READY_S, SETTLE_S, SILENCE_S, Stage
 
@@ -47,21 +47,25 @@ def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] 
         for space in case.namespaces:
             stage.request(f"/{space}/rig_simulator/start")
         lateness.forget()
+        stolen = stolen_seconds()
         begin, used = time.monotonic(), {name: cpu_seconds(pid) for name, pid in watched.items()}
         stage.spin(WARM_UP * case.duration_s)
         resident = sum(resident_mb(pids[part.name]) for part in members)
         stage.spin((1.0 - WARM_UP) * case.duration_s)
         grown = sum(resident_mb(pids[part.name]) for part in members) - resident
-        elapsed = time.monotonic() - begin
+        elapsed, stolen = time.monotonic() - begin, stolen_seconds() - stolen
         cpu = {name: 100.0 * (cpu_seconds(pid) - used[name]) / elapsed for name, pid in watched.items()}
         _drain(stage, observer, DRAIN_S + 0.5 * case.duration_s)
-        late = quantiles(1e3 * lateness.seconds())
+        machine = {
+            "machine_late_ms": quantiles(1e3 * lateness.seconds()),
+            "stolen_percent": round(100.0 * stolen / elapsed, 1),
+        }
         result = score([observer.heard(space) for space in case.namespaces])
-    return figures(case, result, cpu, grown, late)
+    return figures(case, result, cpu, grown) | machine
 
 
-def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float, late: dict[str, Any]) -> dict[str, Any]:
-    """One run as the JSON file has it."""
+def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float) -> dict[str, Any]:
+    """The suite's part of one run, as the JSON file has it."""
     return {
         "mode": case.mode,
         "rate_hz": case.rate_hz,
@@ -72,7 +76,6 @@ def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float, l
         "samples_lost": result.lost,
         "sustained": result.sustained,
         "latency_ms": result.latency_ms,
-        "machine_late_ms": late,
         "cpu_percent": {name: round(percent, 1) for name, percent in cpu.items()},
         "rss_growth_mb": round(grown_mb, 2),
     }

@@ -8,13 +8,14 @@ from vsa_bringup.live_bench.cast import COMPOSED, ORDINARY, SEPARATE
 from vsa_common.figures import JOINT, MEASURED, SIDE_1, WARNING, panels, save
 
 HEADER = (
-    "mode", "joints", "rate [Hz]", "sent", "lost", "p50 [ms]", "p99", "p99.9", "max", "machine", "CPU [%]", "of which",
-    "RSS [MB]", "",
+    "mode", "joints", "rate [Hz]", "sent", "lost", "p50 [ms]", "p99", "p99.9", "max", "machine", "stolen", "CPU [%]",
+    "of which", "RSS [MB]", "",
 )  # fmt: skip
 NOTE = (
     "Delay from the capture stamp of a sample's later CAN frame to its joint message in another process. machine: p99 "
-    "of how late a process that does nothing and comes before all others is woken meanwhile. CPU of one core, suite "
-    "alone. RSS: growth after the first fifth. Simulated rig, bus and subscriber run on the same machine."
+    "of how late a process that does nothing and comes before all others is woken meanwhile; stolen: by the host of a "
+    "virtual machine, in percent of one core. CPU of one core, suite alone. RSS: growth after the first fifth. "
+    "Simulated rig, bus and subscriber run on the same machine."
 )
 SHORT = {"estimator_1": "est 1", "estimator_2": "est 2"}
 OUTSIDE = ("rig_simulator", "subscriber")
@@ -34,6 +35,7 @@ def row(run: dict[str, Any]) -> list[str]:
         str(run["samples_sent"]),
         str(run["samples_lost"]),
         *delays,
+        f"{run['stolen_percent']:.0f}",
         f"{sum(cpu.values()):.0f}",
         parts if len(cpu) <= 4 else f"{len(cpu)} processes",
         f"{run['rss_growth_mb']:+.1f}",
