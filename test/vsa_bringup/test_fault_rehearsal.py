@@ -44,6 +44,7 @@ def test_well_again_is_measured_from_the_end_and_none_where_it_never_is():
     assert well_again(estimates(invalid=(10.5, 13.5)), first) == pytest.approx(1.5, abs=0.003)
     assert well_again(estimates(), first) == 0.0
     assert well_again(estimates(invalid=(10.5, 21.0)), first) is None
+    assert well_again(estimates(invalid=(19.99, 21.0)), first) == 0.0  # the next fault, stamped as the last sample
 
 
 def test_figures_and_verdict_of_a_fault():

@@ -13,6 +13,7 @@ from vsa_driver.rig.failure import Failure
 NAMED_S, VALID_S, LYING_S = 1.0, 15.0, 0.1  # what is asked of the suite
 OFF, DEVIATIONS = 0.01, 4.0  # a stiffness off by more than both, and marked valid, is a lie
 AFTER_S = 12.0  # of the last fault that are still judged
+AHEAD_S = 0.02  # what tells of a fault may be stamped so long before it: as the last samples that came through
 BROKEN_S = 0.03  # a pause in lying by so much ends a lie
 
 # The words by which the suite names a failure, in diagnostics or in an estimator's reason.
@@ -96,7 +97,7 @@ def judged(
 
 def well_again(source: Estimates, occasion: Occasion) -> float | None:
     """Time from the end of a fault until all is well for good [s]; None if it is not before the next one."""
-    here = (source.time >= occasion.begin) & (source.time < occasion.until)
+    here = (source.time >= occasion.begin) & (source.time < occasion.until - AHEAD_S)
     ill = source.time[here & ~(source.well & source.valid)]
     if not here.any() or (ill.size and ill[-1] >= source.time[here][-1]):
         return None
