@@ -57,6 +57,8 @@ def test_a_regression_contradicts_beyond_chance_alone():
     assert not any(tracker.contradicts(mean, covariance, 0.01, 0.017) for mean in near)
     assert tracker.contradicts(1.07 * tracker.z[3:], covariance, 0.01, 0.017)
     assert not tracker.contradicts(1.07 * tracker.z[3:], covariance, 1.0, 0.017)  # a mass that is felt
+    start = tracker.z[3:] + 20.0 * np.sqrt(np.diag(covariance)) * (np.arange(7) == Z.M - 3)
+    assert not tracker.contradicts(start, covariance, 0.01, 0.017)  # of a mass that is not felt only the start is known
 
 
 def test_jolts_leave_the_filter_unsuspected_and_a_force_that_is_never_explained_does_not():

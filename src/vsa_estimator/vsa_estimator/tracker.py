@@ -25,7 +25,7 @@ START_ACCELERATION_STD = 5e-3  # [m/s^2]
 WATCH_TIME = 2.0  # innovations are watched over this long [s]
 SUSPICION = 3.0  # mean normalised innovation squared above which the coefficients no longer explain the force
 LOUD = 10.0  # no innovation counts for more: a jolt makes few great ones, wrong coefficients many
-CONTRADICTION = 40.0  # squared distance of seven coefficients from a regression's that no chance explains
+CONTRADICTION = 40.0  # squared distance of six coefficients from a regression's that no chance explains
 FAST = 2.0  # times the speed of the damper's greatest force, beyond which the lag of the filter is not held against it
 KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force
 NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
@@ -160,14 +160,16 @@ class Tracker:
     def contradicts(self, mean: Array, covariance: Array, acceleration: float, force_noise_std: float) -> bool:
         """Whether a regression over the same data has found other coefficients, beyond what it may be off by.
 
-        A mass that may be felt at the data's `acceleration` [m/s^2] confounds the regression; then the filter is
-        believed.
+        A mass that may be felt, at the data's `acceleration` [m/s^2] or in the brisk motion that the regression left
+        out, confounds it; then the filter is believed. One that is not felt is compared with nothing but a start value.
         """
         mass = float(self.z[Z.M]) + math.sqrt(float(self.p[Z.M, Z.M]))
-        if mass * acceleration > 2.0 * force_noise_std:
+        if mass * max(acceleration, math.sqrt(max(self._acceleration_square, 0.0))) > 2.0 * force_noise_std:
             return False
+        told = np.arange(SIZE - 3) != Z.M - 3
+        covariance = covariance[np.ix_(told, told)]
         scale = np.sqrt(np.diag(covariance))
-        apart = (self.z[3:] - mean) / scale
+        apart = (self.z[3:] - mean)[told] / scale
         return bool(apart @ np.linalg.solve(covariance / np.outer(scale, scale), apart) > CONTRADICTION)
 
     def remember_stroke(self, high: float, low: float) -> None:
