@@ -1,5 +1,6 @@
 """Keeps the last samples, and writes them down when something happened to the estimate: a CSV that `replay` reads."""
 
+import contextlib
 import time
 from array import array
 from datetime import datetime, timezone
@@ -90,8 +91,8 @@ class FlightRecorder:
         return ring[oldest:] + ring[: self._next] if oldest < 0 else ring[oldest : self._next]
 
     def _save(self, path: Path, columns: "list[array[Any]]") -> None:
+        unfinished = path.with_suffix(".part")
         try:
-            unfinished = path.with_suffix(".part")
             with unfinished.open("w") as file:
                 file.write("stamp,force,deflection\n")
                 for first in range(0, len(columns[0]), ROWS):
@@ -106,3 +107,5 @@ class FlightRecorder:
                 old.unlink(missing_ok=True)
         except OSError as error:
             self.failed = f"{path}: {error.strerror}"
+            with contextlib.suppress(OSError):
+                unfinished.unlink(missing_ok=True)
