@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
@@ -52,6 +53,8 @@ class Listener:
             self.listen(JointState, f"{name}/encoder", lambda m, k=kept: k["encoder"].update({stamp(m): m.position[0]}))
             self.listen(CaptureCounters, f"{name}/capture_counters", lambda m, k=kept: k["number"].update(numbers(m)))
         self.listen(JointState, "motor_states", lambda m: self.motors.append(list(m.position)))
+        self.reporters = set()
+        self.listen(DiagnosticArray, "/diagnostics", lambda m: self.reporters.update(s.name for s in m.status))
 
     def listen(self, kind, topic, callback):
         self.node.create_subscription(kind, topic, callback, RELIABLE)
@@ -70,9 +73,8 @@ class Listener:
         return future.result()
 
     def connected(self):
-        """Whether the driver's publishers have found this node."""
-        topics = [f"/vsa/{name}/{topic}" for name in self.samples for topic in ("force", "encoder", "capture_counters")]
-        return all(self.node.count_publishers(topic) for topic in topics)
+        """Whether the driver has found this node: it finds subscriptions in order, and that to reports is last."""
+        return "/vsa/driver" in self.reporters
 
 
 def stamp(message):
