@@ -24,7 +24,7 @@ from vsa_common.node import RELIABLE
 from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 READY_S = 60.0  # for all processes to be active, on a busy machine
-ANSWER_S = 10.0  # for a service to answer
+ANSWER_S = 5.0  # for a service to answer
 ASK_AGAIN_S = 2.0  # where no answer came
 SETTLE_S = 1.5  # for the last readers and writers to find each other, which only they know, on a busy machine
 SILENCE_S = 0.5  # the driver tells ten times a second which samples it had

@@ -9,10 +9,10 @@ from threading import Thread
 from typing import Any
 
 from vsa_common.configuration import ConfigurationError
+from vsa_common.stamps import NANOSECONDS
 from vsa_estimator.settings import FlightRecorderConfig
 from vsa_estimator.values import Estimate, Reset, Status
 
-NANOSECONDS = 1_000_000_000
 REPORTED = (Status.DEGRADED, Status.FAULT)  # statuses that are worth a recording
 ROWS = 64  # written at a time: nobody else waits longer for Python than that takes ...
 PAUSE_S = 0.001  # ... and this lies in between

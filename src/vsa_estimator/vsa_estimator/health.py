@@ -37,18 +37,12 @@ class Health:
         resolution = config.deflection_resolution / math.sqrt(12.0)
         force_std, deflection_std = config.force_noise_std, math.hypot(config.deflection_noise_std, resolution)
         friction = config.initial.coulomb_friction + 2.0 * config.initial.coulomb_friction_std
-        self._limits = np.array(
-            signs.Limits(
-                force_std=force_std,
-                deflection_std=deflection_std,
-                brisk_force=BRISK[0] * force_std,
-                brisk_deflection=BRISK[1] * deflection_std,
-                force_travel=40.0 * config.force_noise_std + 2.0 * friction,
-                deflection_travel=20.0 * config.deflection_noise_std + 5.0 * config.deflection_resolution,
-                force_limit=config.force_limit,
-                deflection_limit=config.deflection_limit,
-            )
-        )
+        self._limits = limits = np.zeros(signs.LIMITS)
+        limits[signs.FORCE_STD], limits[signs.DEFLECTION_STD] = force_std, deflection_std
+        limits[signs.BRISK_FORCE], limits[signs.BRISK_DEFLECTION] = BRISK[0] * force_std, BRISK[1] * deflection_std
+        limits[signs.FORCE_TRAVEL] = 40.0 * config.force_noise_std + 2.0 * friction
+        limits[signs.DEFLECTION_TRAVEL] = 20.0 * config.deflection_noise_std + 5.0 * config.deflection_resolution
+        limits[signs.FORCE_LIMIT], limits[signs.DEFLECTION_LIMIT] = config.force_limit, config.deflection_limit
         self.clear()
 
     def clear(self) -> None:

@@ -1,7 +1,6 @@
 """Signs that a sensor is in trouble, looked for in every raw sample; what they remember lies in arrays."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from vsa_common.accel import compiled
@@ -30,18 +29,12 @@ FEWEST = 12
 FORCE_REPEATED, FORCE_STUCK, ENCODER_QUIET, ENCODER_STUCK, ENCODER_FROZEN = 1, 2, 4, 8, 16
 FORCE_NOISY, ENCODER_NOISY, BURST, FORCE_SATURATED, DEFLECTION_SATURATED = 32, 64, 128, 256, 512
 
-
-class Limits(NamedTuple):
-    """What is usual of the sensors, in the order in which `examine` takes it as an array."""
-
-    force_std: float  # of the white noise [N]
-    deflection_std: float  # [m]
-    brisk_force: float  # slope [N a sample] from which on a rod may ring
-    brisk_deflection: float  # [m a sample]
-    force_travel: float  # more than a stuck encoder explains [N]
-    deflection_travel: float  # more than a stuck force sensor explains [m]
-    force_limit: float  # [N]
-    deflection_limit: float  # [m]
+# What is usual of the sensors, in the array that `examine` takes.
+FORCE_STD, DEFLECTION_STD = 0, 1  # of the white noise [N, m]
+BRISK_FORCE, BRISK_DEFLECTION = 2, 3  # slopes from which on a rod may ring [N, m a sample]
+FORCE_TRAVEL, DEFLECTION_TRAVEL = 4, 5  # more than a stuck other sensor explains [N, m]
+FORCE_LIMIT, DEFLECTION_LIMIT = 6, 7  # [N, m]
+LIMITS = 8
 
 
 def nothing_seen() -> Array:
@@ -139,26 +132,26 @@ def examine(memory: Array, limits: Array, stamp_ns: int, force: float, deflectio
     forces, places, signs = memory[0:8], memory[8:16], 0
     if constancy(forces, stamp_ns, force, deflection):
         signs |= FORCE_REPEATED
-        if stamp_ns - forces[1] > STUCK_FORCE_TIME * 1e9 and forces[3] - forces[2] > limits[5]:
+        if stamp_ns - forces[1] > STUCK_FORCE_TIME * 1e9 and forces[3] - forces[2] > limits[DEFLECTION_TRAVEL]:
             signs |= FORCE_STUCK
     if constancy(places, stamp_ns, deflection, force):
         silence = stamp_ns - places[1]
         if silence > QUIET_ENCODER_TIME * 1e9:
             signs |= ENCODER_QUIET
-        if silence > STUCK_ENCODER_TIME * 1e9 and places[3] - places[2] > limits[4]:
+        if silence > STUCK_ENCODER_TIME * 1e9 and places[3] - places[2] > limits[FORCE_TRAVEL]:
             signs |= ENCODER_STUCK
         if frozen(places, stamp_ns):
             signs |= ENCODER_FROZEN
-    memory[-2] = noisiness(memory[16:24], force, limits[0], limits[2], undamped)
-    memory[-1] = noisiness(memory[24:32], deflection, limits[1], limits[3], False)
+    memory[-2] = noisiness(memory[16:24], force, limits[FORCE_STD], limits[BRISK_FORCE], undamped)
+    memory[-1] = noisiness(memory[24:32], deflection, limits[DEFLECTION_STD], limits[BRISK_DEFLECTION], False)
     if memory[-2] > 1.0:
         signs |= FORCE_NOISY
     if memory[-1] > 1.0:
         signs |= ENCODER_NOISY
     if burst(memory[32:36], stamp_ns):
         signs |= BURST
-    if abs(force) >= limits[6]:
+    if abs(force) >= limits[FORCE_LIMIT]:
         signs |= FORCE_SATURATED
-    if abs(deflection) >= limits[7]:
+    if abs(deflection) >= limits[DEFLECTION_LIMIT]:
         signs |= DEFLECTION_SATURATED
     return signs
