@@ -128,7 +128,6 @@ class Reference:
         z, p = self.force.x[:, 0], self.force.P
         free = np.ones(SIZE)
         free[4] = z[4] * self.stroke >= step.LEAST_STROKE
-        free[5:7] = z[1] ** 2 >= 9.0 * p[1, 1]
         free[7] = z[2] ** 2 >= 9.0 * p[2, 2]
         return free
 
@@ -139,8 +138,8 @@ class Reference:
         z, p = self.force.x[:, 0], self.force.P
         gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
         expected = force(z, REFERENCE, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1]), gradient, hessian)
-        friction = max(z[9] + np.sqrt(p[9, 9]), step.LEAST_REVERSAL_FORCE)
-        reversal = friction * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
+        unexplained = max(step.REVERSAL_SHARE * (z[9] + np.sqrt(p[9, 9])), step.LEAST_REVERSAL_FORCE)
+        reversal = unexplained * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
         bent = np.trace(hessian @ p @ hessian @ p) / 2.0
         own = step.OWN_NOISE * gradient[0] ** 2 * deflection_noise
         total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + bent

@@ -23,8 +23,9 @@ HARD_GATE = 100.0  # and from which it is rejected
 DRIFT = np.array([2.5e-10, 2.5e-6, 0.025, 2.5e8, 0.0, 2.5e-7, 2.5e-8])
 
 REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
-REVERSAL_SPEED = 0.15e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
-LEAST_REVERSAL_FORCE = 0.03  # ... by about the friction itself, and by this at least [N] ...
+REVERSAL_SPEED = 0.10e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
+REVERSAL_SHARE = 0.5  # ... by this share of the friction ...
+LEAST_REVERSAL_FORCE = 0.015  # ... and by this at least [N] ...
 REVERSAL_TIME = 0.01  # ... and stays so for this long [s]
 
 OWN_NOISE = 0.5  # share of the encoder's noise, through the stiffness, by which a force counts for less
@@ -91,15 +92,12 @@ def softened(nis: float, variance: float, steepness: float) -> float:
 def bar(z: Array, p: Array, stroke: float, gain: Array) -> None:
     """Schmidt: what the present motion cannot tell apart stays as it is, and keeps its uncertainty.
 
-    Of k2 without `stroke` [m], of M without a clear acceleration, of d1 and d2 without a clear speed.
+    Of k2 without `stroke` [m], of M without a clear acceleration.
     """
     if z[4] * stroke < LEAST_STROKE:
         gain[4] = 0.0
     if z[2] ** 2 < 9.0 * p[2, 2]:
         gain[7] = 0.0
-    if z[1] ** 2 < 9.0 * p[1, 1]:
-        gain[5] = 0.0
-        gain[6] = 0.0
 
 
 @compiled
@@ -149,8 +147,8 @@ def correct_force(
     for i in range(SIZE):
         mean += curvature[i, i]
     spread = np.sum(curvature * curvature.T)
-    friction = max(z[9] + np.sqrt(p[9, 9]), LEAST_REVERSAL_FORCE)
-    reversal = friction * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
+    unexplained = max(REVERSAL_SHARE * (z[9] + np.sqrt(p[9, 9])), LEAST_REVERSAL_FORCE)
+    reversal = unexplained * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
     own = OWN_NOISE * gradient[0] * gradient[0] * deflection_variance
     noise = noise_variance + reversal * reversal * max(1.0, REVERSAL_TIME / dt) + 0.5 * max(spread, 0.0)
     innovation = measured - expected - 0.5 * mean

@@ -40,7 +40,7 @@ class Appraisal(NamedTuple):
     d1: float
     d2: float
     d2_variance: float  # with what noise of the speed does to it
-    inertia_variance: float  # with the pull towards zero that noise of the acceleration has
+    inertia_variance: float  # with an error of the acceleration that keeps its phase
     inertial_force: float  # root mean square of what moves the mass [N]
     force_offset: float
     coulomb_friction: float
@@ -260,14 +260,16 @@ class Tracker:
         variance = np.diag(self.p).tolist()
         weight, x, a, xx, xa = self._motion
         spread = xx / weight - (x / weight) ** 2 if weight > 0.0 else 0.0
-        spring = max(0.0, -(xa / weight - x * a / weight**2) / spread) if spread > 1e-12 else 0.0
-        felt = variance[Z.M] * self._acceleration_square > self._force_variance
-        learned = variance[Z.M] * (1.0 if felt else max(0.0, 1.0 - variance[Z.M] / self._initial.inertia_std**2))
-        hidden = HIDDEN * k2 * spring * math.exp(-s)
+        together = xa / weight - x * a / weight**2 if weight > 0.0 else 0.0
+        spring = max(0.0, -together / spread) if spread > 1e-12 else 0.0
         cubic_pull = min(3.0 * variance[Z.V] / max(self._speed_square, 1e-12), 1.0)
-        mass_pull = min(variance[Z.A] / max(self._acceleration_square, 1e-12), 1.0)
+        own = self._acceleration_square + together * spring  # of the acceleration, what no spring would do as well
+        mass_pull = min(variance[Z.A] / max(own, 1e-12), 1.0)
         kink = KINK * min(1.0, self._beyond / OFTEN)
-        inertia_variance = variance[Z.M] + (mass * mass_pull) ** 2
+        inertia_variance = variance[Z.M] + mass * mass * mass_pull
+        felt = inertia_variance * self._acceleration_square > self._force_variance
+        learned = inertia_variance * (1.0 if felt else max(0.0, 1.0 - variance[Z.M] / self._initial.inertia_std**2))
+        hidden = HIDDEN * k2 * spring * math.exp(-s)
         doubts = np.array([HIDDEN * spring * math.sqrt(learned), kink * d1, d2 * cubic_pull, inertia_variance])
         return Appraisal(
             k2, variance[Z.K2] + hidden * hidden * learned,
