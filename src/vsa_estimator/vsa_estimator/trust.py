@@ -99,6 +99,8 @@ class Trust:
             self.reason = ""
             self._witness.settle()
             return Reset.NONE
+        if self._witness.silent:  # motion too brisk to tell is no contradiction that stays
+            return Reset.NONE
         self._patience += PERIOD
         if self._patience > SHIFT_TIME:
             shift = self._witness.explain()

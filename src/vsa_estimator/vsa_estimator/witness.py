@@ -30,6 +30,7 @@ FAST = 0.85  # share of v* up to which a mean speed tells the damper's force
 BLURRED = 2.0  # error of the damper's force by a speed that changes within BASE, from which on it tells nothing [N]
 SLOW = 0.25e-3  # around a reversal friction is anything up to itself [m/s]
 STICTION = 1.3  # breaking away takes more than sliding
+COVERED = 0.5  # share of a window's forces that must tell something: the mean of a few is mostly noise of the speed
 SHIFT_TIME = 2.5  # of contradiction before it is explained by a shift [s]
 CLEARLY = 2.5  # times better one explanation must be than the other
 
@@ -142,7 +143,12 @@ class Witness:
         usual, (low, high), place = math.sqrt(self._usual[DECIDES]), self._travel, float(self._rows.view[1, -1])
         margin = BEYOND / float(self._kept[0].mean[1])
         uncertain = self._doubtful > VAGUE * usual or usual > POOR
-        return uncertain or self._means[DECIDES] is None or not low - margin < place < high + margin
+        return uncertain or self.silent or not low - margin < place < high + margin
+
+    @property
+    def silent(self) -> bool:
+        """Whether the motion tells nothing about the force."""
+        return self._means[DECIDES] is None
 
     @property
     def contradicts(self) -> bool:
@@ -170,7 +176,7 @@ class Witness:
 
     def explain(self) -> Shift | None:
         """A constant shift of one sensor that explains the last seconds, if it does and the other's does not."""
-        time, residual, stiffness, moving = self._residuals()
+        time, residual, stiffness, moving, _ = self._residuals()
         if self.kept is None or not time.size or time[-1] - time[0] < SHIFT_TIME or moving.mean() < 0.5:
             return None
         residual, stiffness = residual[moving], stiffness[moving]
@@ -193,29 +199,32 @@ class Witness:
         return abs(mean) / (LIMIT * math.hypot(math.sqrt(self._usual[index]), self._doubtful))
 
     def _look(self) -> None:
-        time, residual, _, moving = self._residuals()
+        time, residual, _, moving, fresh = self._residuals()
         friction = STICTION * float(self._kept[0].mean[6])
         for index, window in enumerate(WINDOWS):
-            first, mean = mean_residual(time, residual, moving, friction, window)
+            first, mean = mean_residual(time, residual, moving, fresh, friction, window)
             self._means[index] = mean if first >= 0 else None
             if index == DECIDES:
                 self._doubtful = doubt(*self._kept[0], self._motion, first) if first >= 0 else 0.0
 
-    def _residuals(self) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-        """Time, measured minus expected force, stiffness, and whether it moves, where there is a fresh force."""
+    def _residuals(self) -> tuple[Array, Array, Array, NDArray[np.bool_], Array]:
+        """As `residuals`; the motion is kept."""
         if self.kept is None or self._rows.view.shape[1] < 5:
             nothing = np.zeros(0)
-            return nothing, nothing, nothing, nothing.astype(bool)
+            return nothing, nothing, nothing, nothing.astype(bool), nothing
         found = residuals(self._rows.view, self.kept.mean, self.kept.reference)
-        time, residual, stiffness, moving, self._motion = found
-        return time, residual, stiffness, moving
+        time, residual, stiffness, moving, self._motion, fresh = found
+        return time, residual, stiffness, moving, fresh
 
 
 @compiled
-def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array, Array, NDArray[np.bool_], Array]:
-    """Where there is a fresh force: time, measured minus expected force, stiffness, whether it moves, and x, v, a.
+def residuals(
+    rows: Array, mean: Array, reference: float
+) -> tuple[Array, Array, Array, NDArray[np.bool_], Array, Array]:
+    """Where a fresh force tells something: time, measured minus expected force, stiffness, whether it moves; x, v, a.
 
-    The force is that of eq. (6), the stiffness that of eq. (3); beyond v* the damper holds its greatest force.
+    Last the times of all fresh forces. The force is that of eq. (6), the stiffness that of eq. (3); beyond v*
+    the damper holds its greatest force.
     """
     time, deflection, force = rows[0], rows[1], rows[2]
     half = max(1, round(0.5 * BASE * (time.size - 1) / (time[-1] - time[0])))
@@ -240,6 +249,7 @@ def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array,
     blur = 0.25 * BASE * np.abs(a)
     brisk = (np.abs(v) + blur >= FAST * speed) | (blur * d1 > BLURRED)
     good = np.isfinite(residual) & (span < 2.0 * BASE)
+    fresh = time[half : half + count][good]
     until = -1  # brisk tells of what comes before and after it, too
     for i in range(count):
         if brisk[i]:
@@ -248,18 +258,23 @@ def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array,
         if i <= until:
             good[i] = False
     time, moving = time[half : half + count], np.abs(v) > SLOW
-    return time[good], residual[good], sigma[good], moving[good], np.stack((x[good], v[good], a[good]))
+    return time[good], residual[good], sigma[good], moving[good], np.stack((x[good], v[good], a[good])), fresh
 
 
 @compiled
 def mean_residual(
-    time: Array, residual: Array, moving: NDArray[np.bool_], friction: float, window: float
+    time: Array, residual: Array, moving: NDArray[np.bool_], fresh: Array, friction: float, window: float
 ) -> tuple[int, float]:
-    """The first row in the last `window` [s], -1 for too few, and their mean [N]; at rest, friction [N] hides some."""
+    """The first row in the last `window` [s], -1 for too few, and their mean [N]; at rest, friction [N] hides some.
+
+    `fresh` are the times of all forces, also of those that tell nothing.
+    """
     if time.size == 0:
         return -1, 0.0
-    first = int(np.searchsorted(time, time[-1] - window))
-    if time.size - first < 3 or time[-1] - time[first] <= 0.8 * window - 2.0 * PERIOD:
+    begin = fresh[-1] - window
+    first = int(np.searchsorted(time, begin))
+    least = max(3.0, COVERED * (fresh.size - np.searchsorted(fresh, begin)))
+    if time.size - first < least or time[-1] - time[first] <= 0.8 * window - 2.0 * PERIOD:
         return -1, 0.0
     total = 0.0
     for i in range(first, time.size):
