@@ -1,0 +1,31 @@
+"""What the estimator has said wrongly and surely, on the recordings on which it did."""
+
+import numpy as np
+import pytest
+from vsa_bringup.estimation_bench.cases import case
+from vsa_bringup.estimation_bench.methods import METHODS
+from vsa_bringup.estimation_bench.recordings import record
+from vsa_bringup.estimation_bench.score import confidently_wrong, time_to_accuracy
+from vsa_bringup.estimation_bench.starts import draw
+
+
+def run(transmission, motion, seed, **changes):
+    one = case(transmission, motion, **changes)
+    recording = record(one, [seed])
+    start = draw(one, float(recording.truth.deflection[0]), seed)
+    return METHODS["force"](recording, [start]), recording
+
+
+@pytest.mark.parametrize(("transmission", "seed"), [("transmission_1", 81042), ("transmission_2", 81029)])
+def test_brisk_strokes_are_no_witness_against_a_filter_that_is_right(transmission, seed):
+    track, recording = run(transmission, "multisine", seed)
+    error = np.log(track.stiffness / recording.truth.stiffness)
+    assert time_to_accuracy(error, recording.truth.time)[0] < 15.0
+
+
+@pytest.mark.parametrize("motion", ["multisine", "slow2", "half_hz"])
+def test_a_heavy_mass_makes_nothing_wrong_and_sure(motion):
+    track, recording = run("transmission_1", motion, 41005, mass="heavy")
+    wrong = confidently_wrong(track, recording)
+    assert wrong["inertia"] == 0.0
+    assert wrong["stiffness"] < 0.01
