@@ -259,8 +259,9 @@ class Tracker:
         s, k2, d1, d2, mass, force_offset, coulomb_friction = self.z[3:].tolist()
         variance = np.diag(self.p).tolist()
         weight, x, a, xx, xa = self._motion
-        spread = xx / weight - (x / weight) ** 2 if weight > 0.0 else 0.0
-        together = xa / weight - x * a / weight**2 if weight > 0.0 else 0.0
+        spread = together = 0.0  # variance of x, covariance of x and a
+        if weight > 0.0:
+            spread, together = xx / weight - (x / weight) ** 2, xa / weight - x * a / weight**2
         spring = max(0.0, -together / spread) if spread > 1e-12 else 0.0
         cubic_pull = min(3.0 * variance[Z.V] / max(self._speed_square, 1e-12), 1.0)
         own = self._acceleration_square + together * spring  # of the acceleration, what no spring would do as well

@@ -176,7 +176,7 @@ class Witness:
 
     def explain(self) -> Shift | None:
         """A constant shift of one sensor that explains the last seconds, if it does and the other's does not."""
-        time, residual, stiffness, moving, _ = self._residuals()
+        time, residual, stiffness, moving, *_ = self._residuals()
         if self.kept is None or not time.size or time[-1] - time[0] < SHIFT_TIME or moving.mean() < 0.5:
             return None
         residual, stiffness = residual[moving], stiffness[moving]
@@ -199,22 +199,20 @@ class Witness:
         return abs(mean) / (LIMIT * math.hypot(math.sqrt(self._usual[index]), self._doubtful))
 
     def _look(self) -> None:
-        time, residual, _, moving, fresh = self._residuals()
+        time, residual, _, moving, motion, fresh = self._residuals()
         friction = STICTION * float(self._kept[0].mean[6])
         for index, window in enumerate(WINDOWS):
             first, mean = mean_residual(time, residual, moving, fresh, friction, window)
             self._means[index] = mean if first >= 0 else None
             if index == DECIDES:
-                self._doubtful = doubt(*self._kept[0], self._motion, first) if first >= 0 else 0.0
+                self._doubtful = doubt(*self._kept[0], motion, first) if first >= 0 else 0.0
 
-    def _residuals(self) -> tuple[Array, Array, Array, NDArray[np.bool_], Array]:
-        """As `residuals`; the motion is kept."""
+    def _residuals(self) -> tuple[Array, Array, Array, NDArray[np.bool_], Array, Array]:
+        """`residuals` of the last seconds; empty where there is nothing to compare."""
         if self.kept is None or self._rows.view.shape[1] < 5:
             nothing = np.zeros(0)
-            return nothing, nothing, nothing, nothing.astype(bool), nothing
-        found = residuals(self._rows.view, self.kept.mean, self.kept.reference)
-        time, residual, stiffness, moving, self._motion, fresh = found
-        return time, residual, stiffness, moving, fresh
+            return nothing, nothing, nothing, nothing.astype(bool), np.zeros((3, 0)), nothing
+        return residuals(self._rows.view, self.kept.mean, self.kept.reference)
 
 
 @compiled
