@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from transmission_data import MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.sample_clock import SampleClock
+from vsa_estimator.sample_clock import SampleClock, no_pace, pace
 
 
 def held_up(taken, seed=5, often=8.0, long=8e-3):
@@ -21,6 +21,19 @@ def held_up(taken, seed=5, often=8.0, long=8e-3):
         stamp[waiting] = np.maximum(stamp[waiting], end + 5e-5 * np.arange(np.count_nonzero(waiting)))
     for index in range(1, stamp.size):
         stamp[index] = max(stamp[index], stamp[index - 1] + 2e-5)
+    return stamp
+
+
+def starved(taken, seed=5):
+    """Stamps [s] of a sender that often needs most of a period for each sample, and so catches up slowly."""
+    rng = np.random.default_rng(seed)
+    period, busy, free = taken[1] - taken[0], 1.0, 0.0
+    stamp = np.empty_like(taken)
+    for index, instant in enumerate(taken):
+        if rng.uniform() < 0.01:
+            busy = rng.choice([0.2, 0.3, 0.5, 0.8])
+        free = max(free, instant) + 1e-4 + 0.7 * busy * period * rng.exponential()
+        stamp[index] = free
     return stamp
 
 
@@ -40,6 +53,16 @@ def test_behind_late_stamps_the_sensor_s_own_pace_is_found(rate, motion):
     stamp = held_up(taken)
     off = (instants(stamp, taken, motion) - taken)[3 * rate :]
     assert np.std((stamp - taken)[3 * rate :]) > 1.5e-3
+    assert np.std(off) < 1e-4
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_the_pace_is_found_behind_a_sender_that_catches_up_slowly(seed):
+    taken = np.arange(10000) / 500
+    stamp = starved(taken, seed)
+    memory = no_pace()
+    off = (np.array([pace(memory, stamp_ns) for stamp_ns in np.round(stamp * 1e9)]) * 1e-9 - taken)[2500:]
+    assert np.std((stamp - taken)[2500:]) > 0.8e-3
     assert np.std(off) < 1e-4
 
 

@@ -16,12 +16,16 @@ FIRST = 32  # intervals whose median is the first idea of the period
 REGULAR = 0.3  # of a period: how far off a regular interval is at most
 SHARP = 0.15  # of a period: scatter of regular intervals that is small enough to recognise a return to the pace
 LEAST = 1e-3  # of a period: scatter of regular intervals at least
-WORTH = 500.0  # intervals over which they are averaged
-LEAK = 2e-3  # of a period: how far the pace may be off
+WORTH = 500.0  # intervals over which it is averaged
 PAUSE_NS = 250e6  # after a longer silence the pace is learnt anew ...
-ANOTHER = 100  # ... and after so many more irregular intervals than regular ones
+ANOTHER = 100  # ... and after so many more samples that do not follow in it than half of those that do
+SHORTEST, LONGEST = 16.0, 256.0  # samples of which the least delayed corrects the pace: few at first
+SETTLED = 0.2  # of a period: drift over half of them, below which they become more
+CORRECTION = 0.5  # share of the drift by which the period is corrected then; all of it before
+MISTAKEN = 0.1  # of a period: a sample this much too early comes of a wrong count, not of a wrong period
 WHOLE = 0.15  # of a period: a gap this close to a whole number of them is samples that were lost
-CONSECUTIVE = 2  # samples later than half a period and not catching up: some were lost
+ALIKE, RAGGED = 2.0, 14.0  # samples in turn behind by a whole number of periods: lost; more if stamps are ragged ...
+PATIENCE_NS = 500e6  # ... or samples that stay behind for so long
 HURRY = 0.5  # of a period, below which samples are catching up ...
 HURRIED = 1000  # ... and for so many more a gap is thought to be lateness
 RETURNS = 2  # to the pace, after which it is believed where the motion does not tell
@@ -32,29 +36,53 @@ BOLDEST = 10.0  # no sample says more, in standard deviations
 
 
 # What `pace` remembers, in an array.
-PERIOD, INSTANT, LAST, SPREAD, INTERVALS, ODD, BEHIND, HURRIED_FOR, AWAY, RETURNED = range(10)
-STEPS = 10  # from here on, while the period is not known
+PERIOD, INSTANT, LAST, SPREAD, INTERVALS, ODD, HURRIED_FOR, AWAY, RETURNED = range(9)
+BEHIND, BEHIND_BY, SAME, NEAREST = range(9, 13)  # samples in turn, periods at least, in turn by the same whole number
+OFF_PACE = 13  # share of samples
+COUNT, OF, EARLY, WRONG, DELAY = range(14, 19)  # of the samples that correct the pace; DELAY of either half
+STEPS = 20  # from here on, while the period is not known
+
+
+def no_pace() -> Array:
+    """What `pace` remembers before the first stamp."""
+    memory = np.zeros(STEPS + FIRST)
+    memory[PERIOD], memory[LAST] = np.inf, -np.inf
+    return memory
 
 
 @compiled
 def begin(memory: Array, stamp_ns: int) -> None:
     """Be in step with this stamp."""
     memory[INSTANT] = stamp_ns
-    memory[BEHIND] = memory[HURRIED_FOR] = memory[ODD] = 0.0
+    memory[HURRIED_FOR] = memory[ODD] = 0.0
+    memory[OF] = SHORTEST
+    follow_up(memory)
+    catch_up(memory)
+
+
+@compiled
+def catch_up(memory: Array) -> None:
+    """Nothing is behind."""
+    memory[BEHIND] = memory[SAME] = 0.0
+    memory[BEHIND_BY] = np.inf
+
+
+@compiled
+def follow_up(memory: Array) -> None:
+    """Look at the next samples."""
+    memory[COUNT] = memory[EARLY] = memory[WRONG] = 0.0
+    memory[DELAY] = memory[DELAY + 1] = np.inf
 
 
 @compiled
 def measure(memory: Array, step: float) -> None:
-    """The period is the mean of the regular intervals."""
+    """How regular the intervals are."""
     period, spread = memory[PERIOD], memory[SPREAD]
-    off = step - period
-    if abs(off) < min(4.0 * spread, REGULAR * period):
-        memory[ODD] = max(0.0, memory[ODD] - 1.0)
+    off = abs(step - period)
+    if off < min(4.0 * spread, REGULAR * period):
         memory[INTERVALS] = min(memory[INTERVALS] + 1.0, WORTH)
-        memory[PERIOD] += off / memory[INTERVALS]
-        memory[SPREAD] += (max(abs(off), LEAST * memory[PERIOD]) - spread) / memory[INTERVALS]
+        memory[SPREAD] += (max(off, LEAST * period) - spread) / memory[INTERVALS]
     else:
-        memory[ODD] += 1.0
         memory[SPREAD] += min(spread, REGULAR * period) / WORTH
 
 
@@ -69,13 +97,49 @@ def periods(memory: Array, stamp_ns: int, step: float) -> float:
     elif memory[HURRIED_FOR] > 0.0:
         memory[HURRIED_FOR] -= 1.0
     elif step > 1.5 * period and abs(gap - whole) < min(WHOLE, 4.0 * memory[SPREAD] / period):
-        memory[BEHIND] = 0.0
+        catch_up(memory)
         return float(whole)
-    memory[BEHIND] = memory[BEHIND] + 1.0 if gap > 1.5 and step > HURRY * period else 0.0
-    if memory[BEHIND] < CONSECUTIVE:
-        return float(min(np.floor(gap + 0.3), 1.0))  # earlier than possible
-    memory[BEHIND] = 0.0
-    return float(whole)
+    passed = min(np.floor(gap + 0.3), 1.0)  # earlier than possible: fewer
+    behind = gap - passed
+    nearest = np.rint(behind)
+    on_pace = abs(behind - nearest) < WHOLE and (nearest == 0.0 or nearest == memory[NEAREST])
+    memory[OFF_PACE] += ((0.0 if on_pace else 1.0) - memory[OFF_PACE]) / LONGEST
+    if behind < 0.5:
+        catch_up(memory)
+        return float(passed)
+    memory[SAME] = memory[SAME] + 1.0 if on_pace else 0.0
+    memory[NEAREST] = nearest
+    memory[BEHIND] += 1.0
+    memory[BEHIND_BY] = min(memory[BEHIND_BY], behind)
+    lost = 0.0
+    if memory[SAME] >= ALIKE + RAGGED * memory[OFF_PACE]:
+        lost = nearest
+    elif memory[BEHIND] * period > PATIENCE_NS:
+        lost = np.rint(memory[BEHIND_BY])
+    if lost > 0.0:
+        catch_up(memory)
+    return float(passed + lost)
+
+
+@compiled
+def correct(memory: Array, delay: float) -> None:
+    """In step with the least delayed stamps: a phase-locked loop on those of either half of some samples."""
+    half = 0 if memory[COUNT] < 0.5 * memory[OF] else 1
+    if delay < -MISTAKEN * memory[PERIOD]:
+        memory[WRONG] = 1.0
+    memory[DELAY + half] = min(memory[DELAY + half], delay - memory[EARLY])
+    memory[EARLY] += max(-delay, 0.0)
+    memory[COUNT] += 1.0
+    if memory[COUNT] < memory[OF]:
+        return
+    drift = memory[DELAY + 1] - memory[DELAY]
+    settled = abs(drift) < SETTLED * memory[PERIOD]
+    if memory[WRONG] == 0.0 or memory[OF] == SHORTEST:
+        memory[INSTANT] += max(0.0, memory[DELAY + 1] + memory[EARLY])
+        period = memory[PERIOD] + (CORRECTION if settled else 1.0) * drift / (0.5 * memory[OF])
+        memory[PERIOD] = max(period, 0.5 * memory[PERIOD])
+    memory[OF] = min(2.0 * memory[OF], LONGEST) if settled else max(0.5 * memory[OF], SHORTEST)
+    follow_up(memory)
 
 
 @compiled
@@ -93,7 +157,7 @@ def return_from(memory: Array, delay: float) -> None:
 def pace(memory: Array, stamp_ns: int) -> float:
     """Instant [ns] of the sample with this stamp by the sensor's own clock, never later than the stamp.
 
-    That clock is the mean of its regular intervals, in step with its least delayed stamps.
+    That clock is in step with its least delayed stamps.
     """
     step = stamp_ns - memory[LAST]
     memory[LAST] = stamp_ns
@@ -110,10 +174,12 @@ def pace(memory: Array, stamp_ns: int) -> float:
     else:
         measure(memory, step)
         passed = periods(memory, stamp_ns, step)
+        memory[ODD] = max(0.0, memory[ODD] - 0.5) if passed == 1.0 else memory[ODD] + 1.0
         expected = memory[INSTANT] + passed * memory[PERIOD]
         delay = stamp_ns - expected
-        memory[INSTANT] = expected + min(delay, LEAK * memory[PERIOD])
+        memory[INSTANT] = min(expected, stamp_ns)
         return_from(memory, delay)
+        correct(memory, delay)
     return float(memory[INSTANT])
 
 
@@ -150,8 +216,7 @@ class SampleClock:
 
     def __init__(self) -> None:
         """Stamps are believed at first."""
-        self._clock = np.zeros(STEPS + FIRST)
-        self._clock[PERIOD], self._clock[LAST] = math.inf, -math.inf
+        self._clock = no_pace()
         self._stamped, self._paced = np.zeros(3), np.zeros(3)
         self._worth = self._gain = self._spread = 0.0  # leaky sums of what the pace explains better, and of its square
         self._origin_ns = self._instant_ns = 0
