@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter
 from vsa_estimator import filter as step
-from vsa_estimator.model import COULOMB_SPEED, SIZE, force, impedance_gradients, maximum_speed
+from vsa_estimator.model import COULOMB_SPEED, SIZE, force, maximum_speed
 
 TRUTH = np.array([0.010, 1e-3, 1e-2, 8.0, 267.2, 4000.0, -1.089e8, 0.3755, 16.39, 0.3])
 REFERENCE = 0.0105
@@ -70,11 +70,31 @@ def test_the_hessian_is_the_derivative_of_the_jacobian_but_for_coulomb_friction(
     assert (hessian * scale)[keep] == pytest.approx((expected * scale)[keep], rel=1e-5, abs=1e-9)
 
 
-def test_the_impedance_gradients_are_complex_step_derivatives():
-    stiffness, damping = np.empty(SIZE), np.empty(SIZE)
-    impedance_gradients(TRUTH, REFERENCE, stiffness, damping)
-    assert stiffness == pytest.approx(complex_step_gradient(lambda z: z[3] + z[4] * (z[0] - REFERENCE), TRUTH))
-    assert damping == pytest.approx(complex_step_gradient(lambda z: z[5] + 3.0 * z[6] * z[1] ** 2, TRUTH))
+@pytest.mark.parametrize("ahead", [0.0, 0.004, 0.1])
+def test_the_report_is_the_predicted_impedance_with_its_covariance_by_complex_step(ahead):
+    rng, jerk_density, out = np.random.default_rng(3), 1e-3, np.empty(16)
+    root = STD[:, None] * rng.normal(size=(SIZE, SIZE))
+    z, p, pull, doubts = TRUTH.copy(), root @ root.T, 0.1 * STD * rng.normal(size=SIZE), np.array([9.0, 7.0, 3e6, 0.04])
+    step.report(z, p, pull, REFERENCE, ahead, jerk_density, doubts, out)
+    assert np.array_equal(z, TRUTH)
+
+    step.predict(z, p, ahead, jerk_density)
+    step.carry(pull, ahead)
+    sigma = np.exp(z[3] + z[4] * (z[0] - REFERENCE))
+    stiffness = complex_step_gradient(lambda z: z[3] + z[4] * (z[0] - REFERENCE), z)
+    damping = complex_step_gradient(lambda z: z[5] + 3.0 * z[6] * z[1] ** 2, z)
+    by = np.vstack([np.eye(SIZE)[:3], stiffness, damping, np.eye(SIZE)[7]])
+    covariance = by @ p @ by.T
+    covariance[3:5, 3:5] += np.outer(by[3:5] @ pull, by[3:5] @ pull)
+    covariance[3, 3] += (9.0 / sigma) ** 2
+    covariance[4, 4] += (3.0 * z[1] ** 2 * 3e6) ** 2 + 7.0**2
+    covariance[5, 5] = 0.04
+    values = [*z[:3], sigma, z[5] + 3.0 * z[6] * z[1] ** 2, z[7]]
+    assert out[0:12:2] == pytest.approx(np.array(values), rel=1e-12)
+    assert out[1:12:2] == pytest.approx(np.diag(covariance), rel=1e-9)
+    expected = [sigma * covariance[3, 4], sigma * covariance[3, 5], covariance[4, 5]]
+    assert out[12:15] == pytest.approx(np.array(expected), rel=1e-9)
+    assert out[15] == maximum_speed(z[5], z[6])
 
 
 def test_the_damper_is_strongest_where_its_slope_vanishes():

@@ -347,24 +347,26 @@ class Estimator:
         if self._astray:
             x_variance += self._astray
             ln_variance += now.k2 * now.k2 * self._astray
-        silence = (stamp_ns - self._stamp_ns) * 1e-9 if stamp_ns > self._stamp_ns else 0.0
-        stale = silence >= max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
-        heard = silence < INVALID_TIME
-        complaints = self._complaints(stamp_ns)
-        trusted = heard and not self._trust.reason and not self._health.blind
+        heard, stale = True, False
+        if stamp_ns > self._stamp_ns:
+            silence = (stamp_ns - self._stamp_ns) * 1e-9
+            heard = silence < INVALID_TIME
+            stale = silence >= max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
+        doubted, knows = bool(self._trust.reason), self._tracker.knows
+        complaining = doubted or bool(self._health.complaints(stamp_ns))
+        trusted = heard and not doubted and not self._health.blind
         stiffness_valid = trusted and ln_variance < STIFFNESS**2
         tolerance = DAMPING * max(abs(damping), 0.2 * now.d1)
         damping_valid = (
-            trusted and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
-            and self._tracker.knows
-        )  # fmt: skip
+            trusted and knows and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
+        )
         if stale:
             status = Status.STALE
-        elif complaints and self._tracker.knows:
+        elif complaining and knows:
             status = Status.DEGRADED
         else:
             status = Status.VALID if stiffness_valid else Status.CONVERGING
-        sensed = heard and not complaints
+        sensed = heard and not complaining
         return _TUPLE(Estimate, (  # past the many arguments of its __new__, at every sample
             stamp_ns, self._force, self._force_noise.std**2, sensed, x, x_variance, heard, v, v_variance, heard,
             a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,

@@ -11,8 +11,6 @@ from vsa_estimator.model import (
     Array,
     force,
     friction_form,
-    impedance_gradients,
-    ln_stiffness,
     maximum_speed,
 )
 
@@ -176,54 +174,53 @@ def correct_force(
 
 
 @compiled
-def report_ahead(
+def report(
     z: Array, p: Array, pull: Array, reference: float, ahead: float, jerk_density: float, doubts: Array, out: Array
 ) -> None:  # fmt: skip
-    """`report` predicted `ahead` [s] from state z, which stays as it is.
-
-    doubts, beyond the covariance: standard deviations of stiffness, d1 and d2, and the variance of the inertia.
-    """
-    if ahead > 0.0:
-        z = z.copy()
-        p = p.copy()
-        predict(z, p, ahead, jerk_density)
-    report(z, p, pull, reference, out)
-    out[7] += (doubts[0] / out[6]) ** 2
-    c2 = min(z[1] ** 2, out[15] ** 2)
-    out[9] += (3.0 * c2 * doubts[2]) ** 2 + doubts[1] ** 2
-    out[11] = doubts[3]
-
-
-@compiled
-def report(z: Array, p: Array, pull: Array, reference: float, out: Array) -> None:
-    """Impedance and its covariance at state z into out (16); what `pull` does to it counts as one standard deviation.
+    """Impedance and its covariance `ahead` [s] of state z into out (16); z stays as it is.
 
     Order: x v a each with its variance; stiffness with the variance of its logarithm; damping and inertia with their
     variances; covariances stiffness-damping, stiffness-inertia, damping-inertia; v*.
+
+    Beyond the covariance: what `pull` does counts as one standard deviation; doubts are standard deviations of
+    stiffness, d1 and d2, and the variance of the inertia. Gradients are carried back to z instead of p ahead.
     """
-    ln_gradient = np.empty(SIZE)
-    damping_gradient = np.empty(SIZE)
-    impedance_gradients(z, reference, ln_gradient, damping_gradient)
-    sigma = np.exp(ln_stiffness(z, reference))
-    w = maximum_speed(z[5], z[6])
-    c = min(max(z[1], -w), w)
-    p_ln = p @ ln_gradient
-    p_damping = p @ damping_gradient
-    out[0] = z[0]
-    out[1] = p[0, 0]
-    out[2] = z[1]
-    out[3] = p[1, 1]
+    t, q = ahead, jerk_density
+    half = 0.5 * t * t
+    x, v = z[0] + t * z[1] + half * z[2], z[1] + t * z[2]
+    s, k2, d1, d2, mass = z[3], z[4], z[5], z[6], z[7]
+    dx = x - reference
+    sigma = np.exp(min(max(s + k2 * dx, -20.0), 25.0))
+    w = maximum_speed(d1, d2)
+    c = min(max(v, -w), w)
+    slope = 6.0 * d2 * c  # of the damping, by the speed
+    p_ln = np.empty(SIZE)
+    p_damping = np.empty(SIZE)
+    for i in range(SIZE):
+        row = p[i]
+        place = row[0] + t * row[1] + half * row[2]
+        p_ln[i] = k2 * place + row[3] + dx * row[4]
+        p_damping[i] = slope * (row[1] + t * row[2]) + row[5] + 3.0 * c * c * row[6]
+    pulled_ln = k2 * (pull[0] + t * pull[1] + half * pull[2]) + pull[3] + dx * pull[4]
+    pulled_damping = slope * (pull[1] + t * pull[2]) + pull[5] + 3.0 * c * c * pull[6]
+    out[0] = x
+    out[1] = p[0, 0] + 2.0 * (t * p[0, 1] + half * p[0, 2]) + t * t * (p[1, 1] + t * p[1, 2]) + half * half * p[2, 2]
+    out[1] += q * t**5 / 20.0
+    out[2] = v
+    out[3] = p[1, 1] + 2.0 * t * p[1, 2] + t * t * p[2, 2] + q * t**3 / 3.0
     out[4] = z[2]
-    out[5] = p[2, 2]
+    out[5] = p[2, 2] + q * t
     out[6] = sigma
-    pulled_ln = ln_gradient @ pull
-    pulled_damping = damping_gradient @ pull
-    out[7] = ln_gradient @ p_ln + pulled_ln * pulled_ln
-    out[8] = z[5] + 3.0 * z[6] * c * c
-    out[9] = damping_gradient @ p_damping + pulled_damping * pulled_damping
-    out[10] = z[7]
-    out[11] = p[7, 7]
-    out[12] = sigma * (damping_gradient @ p_ln + pulled_ln * pulled_damping)
+    out[7] = k2 * (p_ln[0] + t * p_ln[1] + half * p_ln[2]) + p_ln[3] + dx * p_ln[4] + k2 * k2 * q * t**5 / 20.0
+    out[7] += pulled_ln * pulled_ln + (doubts[0] / sigma) ** 2
+    out[8] = d1 + 3.0 * d2 * c * c
+    out[9] = slope * (p_damping[1] + t * p_damping[2]) + p_damping[5] + 3.0 * c * c * p_damping[6]
+    out[9] += slope * slope * q * t**3 / 3.0 + pulled_damping * pulled_damping
+    out[9] += (3.0 * c * c * doubts[2]) ** 2 + doubts[1] ** 2
+    out[10] = mass
+    out[11] = doubts[3]
+    covariance = slope * (p_ln[1] + t * p_ln[2]) + p_ln[5] + 3.0 * c * c * p_ln[6] + k2 * slope * q * t**4 / 8.0
+    out[12] = sigma * (covariance + pulled_ln * pulled_damping)
     out[13] = sigma * p_ln[7]
     out[14] = p_damping[7]
     out[15] = w

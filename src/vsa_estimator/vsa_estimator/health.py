@@ -6,7 +6,6 @@ import numpy as np
 from vsa_estimator import signs
 from vsa_estimator.settings import EstimatorConfig
 
-DEAFENING = 30.0  # times its usual noise, from which on an encoder is not believed at all
 BRISK = (10.0, 3.0)  # slopes of force and deflection after which they ring, in standard deviations a sample
 BURST_NS = 50_000_000  # the encoder is not believed for so long after a burst of samples
 COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s]
@@ -21,7 +20,7 @@ COMPLAINTS = {
     signs.FORCE_SATURATED: "force sensor saturated",
     signs.DEFLECTION_SATURATED: "deflection at its limit",
 }
-BLINDING = signs.ENCODER_FROZEN | signs.ENCODER_STUCK | signs.DEFLECTION_SATURATED
+BLINDING = signs.ENCODER_FROZEN | signs.ENCODER_STUCK | signs.DEFLECTION_SATURATED | signs.DEAFENING
 NO_LESSON = (  # at rest there is nothing to learn, and a stuck encoder must not teach
     signs.FORCE_REPEATED | signs.ENCODER_QUIET | signs.FORCE_SATURATED | signs.DEFLECTION_SATURATED
 )
@@ -49,18 +48,15 @@ class Health:
         """Forget the past: stamps went back."""
         self._complaints: dict[str, int] = {}
         self.blind = False  # the encoder is not to be believed
-        self.force_noise = 1.0  # times what it should be
-        self.deflection_noise = 1.0
         self._memory = signs.nothing_seen()
         self._burst_until_ns = 0
 
     def observe(self, stamp_ns: int, force: float, deflection: float) -> bool:
         """Take one raw sample; whether its force is news that may be learnt from."""
         found = signs.examine(self._memory, self._limits, stamp_ns, force, deflection, self.undamped)
-        self.force_noise, self.deflection_noise = self._memory[-2:].tolist()
         if found & signs.BURST:
             self._burst_until_ns = stamp_ns + BURST_NS
-        self.blind = bool(found & BLINDING) or self.deflection_noise > DEAFENING or stamp_ns < self._burst_until_ns
+        self.blind = found & BLINDING > 0 or stamp_ns < self._burst_until_ns
         if not found:
             return True
         self.force_repeated += found & signs.FORCE_REPEATED
@@ -68,6 +64,16 @@ class Health:
             if found & sign:
                 self.complain(complaint, stamp_ns)
         return not found & NO_LESSON
+
+    @property
+    def force_noise(self) -> float:
+        """Noise of the force, times what it should be."""
+        return float(self._memory[-2])
+
+    @property
+    def deflection_noise(self) -> float:
+        """Noise of the encoder, times what it should be."""
+        return float(self._memory[-1])
 
     def complain(self, text: str, stamp_ns: int) -> None:
         """Say `text` from now on for a while."""

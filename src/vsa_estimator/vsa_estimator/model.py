@@ -101,18 +101,3 @@ def friction_form(z: Array, coulomb_speed: float) -> float:
     """How much more force [N] there is at state z, if the friction has no transition: the sign itself, not smoothed."""
     v, coulomb = z[1], z[9]
     return coulomb * (np.sign(v) - np.tanh(v / coulomb_speed))
-
-
-@compiled
-def impedance_gradients(z: Array, reference: float, stiffness: Array, damping: Array) -> None:
-    """Gradients of ln sigma and of D = d1 + 3 d2 v^2, eq. (9), by the state, into the arrays given."""
-    stiffness[:] = 0.0
-    stiffness[0] = z[4]
-    stiffness[3] = 1.0
-    stiffness[4] = z[0] - reference
-    w = maximum_speed(z[5], z[6])
-    c = min(max(z[1], -w), w)
-    damping[:] = 0.0
-    damping[1] = 6.0 * z[6] * c
-    damping[5] = 1.0
-    damping[6] = 3.0 * c * c

@@ -6,8 +6,6 @@ synchronisation). Whether the sensor is paced at all is asked of the motion itse
 the true instants, and over no others.
 """
 
-import math
-
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_estimator.model import Array
@@ -41,6 +39,9 @@ BEHIND, BEHIND_BY, SAME, NEAREST = range(9, 13)  # samples in turn, periods at l
 OFF_PACE = 13  # share of samples
 COUNT, OF, EARLY, WRONG, DELAY = range(14, 19)  # of the samples that correct the pace; DELAY of either half
 STEPS = 20  # from here on, while the period is not known
+
+# What `weigh` remembers: leaky sums of samples, of what the pace explains better, of its square; and who has proven it.
+WORTH_OF, GAIN, SQUARES, PROVEN = range(4)
 
 
 def no_pace() -> Array:
@@ -201,14 +202,30 @@ def follow(state: Array, instant_ns: float, deflection: float) -> float:
 
 
 @compiled
-def compare(clock: Array, stamped: Array, paced: Array, stamp_ns: int, deflection: float) -> tuple[float, float]:
-    """Instant [ns] by the pace, and by how much these instants explain the deflection better than the stamps [m^2].
+def weigh(evidence: Array, gain: float, returned: float) -> bool:
+    """Whether to believe the pace, after a sample that it explains better than its stamp by `gain` [m^2]."""
+    if gain != 0.0:
+        if evidence[WORTH_OF] > BOLDEST:
+            limit = BOLDEST * np.sqrt(evidence[SQUARES] / evidence[WORTH_OF])
+            gain = max(-limit, min(limit, gain))
+        evidence[:PROVEN] *= 1.0 - FORGET
+        evidence[WORTH_OF] += 1.0
+        evidence[GAIN] += gain
+        evidence[SQUARES] += gain * gain
+        if evidence[GAIN] * evidence[GAIN] > EVIDENCE * EVIDENCE * evidence[SQUARES]:
+            evidence[PROVEN] = np.sign(evidence[GAIN])
+    return bool(evidence[PROVEN] > 0.0 or (evidence[PROVEN] == 0.0 and returned >= RETURNS))
 
-    Stamps and instants are counted from the first sample.
+
+@compiled
+def believed(memory: Array, stamp_ns: int, deflection: float) -> int:
+    """Instant [ns] of a sample of `deflection` [m]: its stamp, or the pace behind it where the motion bears it out.
+
+    Both are counted from the first sample. memory: of `weigh`, of `follow` for stamps and for the pace, of `pace`.
     """
-    instant_ns = pace(clock, stamp_ns)
-    gain = follow(stamped, stamp_ns, deflection) ** 2 - follow(paced, instant_ns, deflection) ** 2
-    return instant_ns, float(gain)
+    instant_ns = pace(memory[10:], stamp_ns)
+    gain = follow(memory[4:7], stamp_ns, deflection) ** 2 - follow(memory[7:10], instant_ns, deflection) ** 2
+    return round(instant_ns) if weigh(memory[:4], gain, memory[10 + RETURNED]) else stamp_ns
 
 
 class SampleClock:
@@ -216,34 +233,18 @@ class SampleClock:
 
     def __init__(self) -> None:
         """Stamps are believed at first."""
-        self._clock = no_pace()
-        self._stamped, self._paced = np.zeros(3), np.zeros(3)
-        self._worth = self._gain = self._spread = 0.0  # leaky sums of what the pace explains better, and of its square
+        self._memory = np.concatenate([np.zeros(10), no_pace()])
         self._origin_ns = self._instant_ns = 0
-        self.paced = False
-        self._proven = False  # by the motion, one way or the other
 
     def add(self, stamp_ns: int, deflection: float) -> int:
         """Instant [ns] of a sample of deflection [m]; strictly increasing as the stamps do."""
         if not self._origin_ns:
             self._origin_ns = stamp_ns
-        instant_ns, gain = compare(self._clock, self._stamped, self._paced, stamp_ns - self._origin_ns, deflection)
-        self._weigh(gain)
-        chosen = self._origin_ns + round(instant_ns) if self.paced else stamp_ns
-        self._instant_ns = max(chosen, self._instant_ns + 1) if stamp_ns > self._instant_ns else stamp_ns
-        return self._instant_ns
-
-    def _weigh(self, gain: float) -> None:
-        kept = 1.0 - FORGET
-        if gain == 0.0:
-            return
-        if self._worth > BOLDEST:
-            limit = BOLDEST * math.sqrt(self._spread / self._worth)
-            gain = max(-limit, min(limit, gain))
-        self._worth = kept * self._worth + 1.0
-        self._gain = kept * self._gain + gain
-        self._spread = kept * self._spread + gain * gain
-        if self._gain * self._gain > EVIDENCE * EVIDENCE * self._spread:
-            self.paced, self._proven = self._gain > 0.0, True
-        elif not self._proven:
-            self.paced = self._clock[RETURNED] >= RETURNS
+        last_ns = self._instant_ns
+        instant_ns = self._origin_ns + believed(self._memory, stamp_ns - self._origin_ns, deflection)
+        if stamp_ns <= last_ns:
+            instant_ns = stamp_ns
+        elif instant_ns <= last_ns:
+            instant_ns = last_ns + 1
+        self._instant_ns = instant_ns
+        return instant_ns

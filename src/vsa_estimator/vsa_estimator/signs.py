@@ -19,6 +19,7 @@ LOUD = 9.0  # variance, in units of the usual one, that counts as louder
 RINGING = 4.0  # times the steepest slope of late, from sample to sample
 FADED = 0.25  # of the slope from which on a rod may ring, below which it no longer does
 SHARE = 0.35  # of loud samples from which on the noise is
+MUCH = 30.0  # times its usual noise, from which on an encoder is not believed at all
 MOST = 1e6  # that one sample says of the variance, in units of the usual one
 
 HURRY = 0.3  # of the usual interval, below which a sample belongs to a burst
@@ -27,7 +28,7 @@ LONGEST = 45e6  # samples of this time may come at once; a busy sender catches u
 FEWEST = 12
 
 FORCE_REPEATED, FORCE_STUCK, ENCODER_QUIET, ENCODER_STUCK, ENCODER_FROZEN = 1, 2, 4, 8, 16
-FORCE_NOISY, ENCODER_NOISY, BURST, FORCE_SATURATED, DEFLECTION_SATURATED = 32, 64, 128, 256, 512
+FORCE_NOISY, ENCODER_NOISY, BURST, FORCE_SATURATED, DEFLECTION_SATURATED, DEAFENING = 32, 64, 128, 256, 512, 1024
 
 # What is usual of the sensors, in the array that `examine` takes.
 FORCE_STD, DEFLECTION_STD = 0, 1  # of the white noise [N, m]
@@ -148,6 +149,8 @@ def examine(memory: Array, limits: Array, stamp_ns: int, force: float, deflectio
         signs |= FORCE_NOISY
     if memory[-1] > 1.0:
         signs |= ENCODER_NOISY
+    if memory[-1] > MUCH:
+        signs |= DEAFENING
     if burst(memory[32:36], stamp_ns):
         signs |= BURST
     if abs(force) >= limits[FORCE_LIMIT]:

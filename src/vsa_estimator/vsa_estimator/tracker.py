@@ -5,21 +5,29 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
+from vsa_estimator.excitation import (
+    ACCELERATION_SQUARE,
+    DOUBTS,
+    HIGH,
+    LOW,
+    NEAR_KINK,
+    appraise,
+    no_motion,
+    remember,
+    rests,
+)
 from vsa_estimator.filter import (
     LEAST_STROKE,
-    REST_SPEED,
-    STROKE_MEMORY,
     age,
     carry,
     correct_deflection,
     correct_force,
     predict,
-    report_ahead,
+    report,
 )
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
 
-REST_TIME = 0.5  # without a clear speed for this long the rod stands [s]
 START_SPEED_STD = 2e-3  # [m/s]
 START_ACCELERATION_STD = 5e-3  # [m/s^2]
 WATCH_TIME = 2.0  # innovations are watched over this long [s]
@@ -27,9 +35,6 @@ SUSPICION = 3.0  # mean normalised innovation squared above which the coefficien
 LOUD = 10.0  # no innovation counts for more: a jolt makes few great ones, wrong coefficients many
 CONTRADICTION = 40.0  # squared distance of six coefficients from a regression's that no chance explains
 FAST = 2.0  # times the speed of the damper's greatest force, beyond which the lag of the filter is not held against it
-KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force
-NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
-HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 
 class Appraisal(NamedTuple):
@@ -44,7 +49,7 @@ class Appraisal(NamedTuple):
     inertial_force: float  # root mean square of what moves the mass [N]
     force_offset: float
     coulomb_friction: float
-    doubts: Array  # beyond the covariance, as filter.report_ahead takes them
+    doubts: Array  # beyond the covariance, as filter.report takes them
 
 
 class Tracker:
@@ -63,15 +68,9 @@ class Tracker:
         self.force_monitor = np.array([0.0, 1.0, 0.0])
         self._watched: deque[float] = deque(maxlen=int(WATCH_TIME * rate))
         self._watched_sum = 0.0
-        self._high = 0.0
-        self._low = 0.0
-        self._speed_square = 0.0  # leaky means, the filter's own uncertainty taken off [m^2/s^2]
-        self._acceleration_square = 0.0  # [m^2/s^4]
+        self._motion = no_motion()
         self._appraisal: Appraisal | None = None
         self._force_variance = math.inf  # of the last force's noise [N^2]
-        self._beyond = 0.0  # leaky share of the time near or beyond the damper's greatest force
-        self._stood = 0.0  # time without a clear speed [s]
-        self._motion = [0.0] * 5  # leaky weight, and sums of x, a, x^2, x a
 
     @property
     def speed(self) -> float:
@@ -96,7 +95,7 @@ class Tracker:
     @property
     def stroke(self) -> float:
         """Travel of the last STROKE_MEMORY seconds [m]."""
-        return self._high - self._low
+        return float(self._motion[HIGH] - self._motion[LOW])
 
     @property
     def enough_stroke(self) -> bool:
@@ -119,7 +118,7 @@ class Tracker:
         self.p[0, 0] = 4.0 * deflection_variance
         self.p[1, 1] = START_SPEED_STD**2
         self.p[2, 2] = START_ACCELERATION_STD**2
-        self._high = self._low = deflection
+        self._motion[HIGH] = self._motion[LOW] = deflection
         self.clear_watch()
 
     def forget(self, measured_force: float) -> None:
@@ -164,7 +163,7 @@ class Tracker:
         out, confounds it; then the filter is believed. One that is not felt is compared with nothing but a start value.
         """
         mass = float(self.z[Z.M]) + math.sqrt(float(self.p[Z.M, Z.M]))
-        if mass * max(acceleration, math.sqrt(max(self._acceleration_square, 0.0))) > 2.0 * force_noise_std:
+        if mass * max(acceleration, math.sqrt(max(self._motion[ACCELERATION_SQUARE], 0.0))) > 2.0 * force_noise_std:
             return False
         told = np.arange(SIZE - 3) != Z.M - 3
         covariance = covariance[np.ix_(told, told)]
@@ -174,7 +173,7 @@ class Tracker:
 
     def remember_stroke(self, high: float, low: float) -> None:
         """The travel that the start values were learnt from [m]."""
-        self._high, self._low = high, low
+        self._motion[HIGH], self._motion[LOW] = high, low
 
     def predict(self, dt: float, jerk_density: float) -> None:
         """Carry on by dt [s]."""
@@ -198,39 +197,21 @@ class Tracker:
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
         self._appraisal = None
-        if self._resting(dt):
+        if rests(self._motion, self.z, self.p, dt):
             return True
         self._force_variance = variance
         age(self.p, dt)
-        x = float(self.z[Z.X])
-        leak = dt / STROKE_MEMORY
-        dx, a = x - self.reference, float(self.z[Z.A])
-        v2 = float(self.z[Z.V] ** 2 - self.p[1, 1])
-        self._speed_square += leak * (v2 - self._speed_square)
-        w = maximum_speed(float(self.z[Z.D1]), float(self.z[Z.D2]))
-        self._beyond += leak * ((abs(float(self.z[Z.V])) > NEAR_KINK * w) - self._beyond)
-        self._acceleration_square += leak * (a * a - float(self.p[2, 2]) - self._acceleration_square)
-        self._motion = [
-            old + leak * (new - old) for old, new in zip(self._motion, (1.0, dx, a, dx * dx, dx * a), strict=True)
-        ]
-        self._high = max(x, self._high - leak * (self._high - x))
-        self._low = min(x, self._low + leak * (x - self._low))
+        remember(self._motion, self.z, self.p, self.reference, dt)
         taken = bool(
             correct_force(
                 self.z, self.p, self.reference, measured, variance, deflection_variance, dt, self.stroke,
                 self.force_monitor, self.pull,
             )
         )  # fmt: skip
-        if abs(self.z[Z.V]) < FAST * math.sqrt(self.z[Z.D1] / max(-3.0 * self.z[Z.D2], 1e-6)):
+        _, v, _, _, _, d1, d2, *_ = self.z.tolist()
+        if abs(v) < FAST * math.sqrt(d1 / max(-3.0 * d2, 1e-6)):
             self._watch(float(self.force_monitor[2]))
         return taken
-
-    def _resting(self, dt: float) -> bool:
-        """Whether the rod stands: then stiction may hold any force, and noise of the speed must not pass for motion."""
-        speed = abs(float(self.z[Z.V]))
-        moving = speed > REST_SPEED + 3.0 * math.sqrt(float(self.p[1, 1]))
-        self._stood = 0.0 if moving else self._stood + dt
-        return speed <= REST_SPEED or self._stood > REST_TIME
 
     @property
     def suspicious(self) -> bool:
@@ -246,7 +227,7 @@ class Tracker:
 
     def report(self, ahead: float, jerk_density: float, out: Array) -> None:
         """Impedance `ahead` seconds from the last step into out, as filter.report orders it."""
-        report_ahead(self.z, self.p, self.pull, self.reference, ahead, jerk_density, self.appraisal.doubts, out)
+        report(self.z, self.p, self.pull, self.reference, ahead, jerk_density, self.appraisal.doubts, out)
 
     @property
     def appraisal(self) -> Appraisal:
@@ -256,27 +237,13 @@ class Tracker:
         return self._appraisal
 
     def _appraise(self) -> Appraisal:
-        s, k2, d1, d2, mass, force_offset, coulomb_friction = self.z[3:].tolist()
-        variance = np.diag(self.p).tolist()
-        weight, x, a, xx, xa = self._motion
-        spread = together = 0.0  # variance of x, covariance of x and a
-        if weight > 0.0:
-            spread, together = xx / weight - (x / weight) ** 2, xa / weight - x * a / weight**2
-        spring = max(0.0, -together / spread) if spread > 1e-12 else 0.0
-        cubic_pull = min(3.0 * variance[Z.V] / max(self._speed_square, 1e-12), 1.0)
-        own = self._acceleration_square + together * spring  # of the acceleration, what no spring would do as well
-        mass_pull = min(variance[Z.A] / max(own, 1e-12), 1.0)
-        kink = KINK * min(1.0, self._beyond / OFTEN)
-        inertia_variance = variance[Z.M] + mass * mass * mass_pull
-        felt = inertia_variance * self._acceleration_square > self._force_variance
-        learned = inertia_variance * (1.0 if felt else max(0.0, 1.0 - variance[Z.M] / self._initial.inertia_std**2))
-        hidden = HIDDEN * k2 * spring * math.exp(-s)
-        doubts = np.array([HIDDEN * spring * math.sqrt(learned), kink * d1, d2 * cubic_pull, inertia_variance])
+        found = np.empty(8)
+        appraise(self._motion, self.z, self.p, self._force_variance, self._initial.inertia_std, found)
+        k2_variance, d2_variance, inertia_variance, inertial_force = found[:DOUBTS].tolist()
+        _, k2, d1, d2, _, force_offset, coulomb_friction = self.z[3:].tolist()
         return Appraisal(
-            k2, variance[Z.K2] + hidden * hidden * learned,
-            d1, d2, variance[Z.D2] + (d2 * cubic_pull) ** 2 + (2.0 * kink * d2) ** 2,
-            inertia_variance, mass * math.sqrt(max(self._acceleration_square, 0.0)),
-            force_offset, coulomb_friction, doubts,
+            k2, k2_variance, d1, d2, d2_variance, inertia_variance, inertial_force, force_offset, coulomb_friction,
+            found[DOUBTS:],
         )  # fmt: skip
 
     def _watch(self, nis: float) -> None:
