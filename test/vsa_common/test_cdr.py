@@ -127,6 +127,10 @@ def test_texts_do_not_shift_the_numbers_behind_them(reason):
     found = dict(zip(of_state.names, values, strict=True))
     assert (found["reason"], found["k2"], found["observability"]) == (reason, 267.2, ["inertia: move", reason])
     assert (found["force_noise_std"], found["samples_fused"], found["force_rejected"]) == (0.017, 2**40, 3)
+    blank = EstimatorState(header=Header(frame_id=message.header.frame_id), reason=reason)
+    blank.observability = message.observability
+    written = Writer(blank).write(STAMP_NS, values_of(message, texts=False))
+    assert deserialize_message(written, EstimatorState) == message
 
 
 def test_a_field_that_it_cannot_read_ends_what_it_reads():

@@ -1,7 +1,5 @@
 """Pairing, staleness and validity of the joint; instants are given, nothing waits."""
 
-from dataclasses import replace
-
 import pytest
 from vsa_common.configuration import ConfigurationError, build
 from vsa_joint.configuration import JointConfig
@@ -19,7 +17,7 @@ def fusion(**values):
 
 def feed(core, side, stamp_ms, now_ms=None, **changes):
     stamp = int(stamp_ms * MS)
-    return core.add(side, replace(GOOD, stamp_ns=stamp, **changes), int((stamp_ms if now_ms is None else now_ms) * MS))
+    return core.add(side, GOOD._replace(stamp_ns=stamp, **changes), int((stamp_ms if now_ms is None else now_ms) * MS))
 
 
 def run(core, until, lost=(), offset=0.1, first=0):
@@ -114,7 +112,7 @@ def test_duplicates_late_and_infinite_samples_are_dropped_and_counted():
     assert feed(core, 0, 9) is None
     assert feed(core, 1, 3) is None
     assert feed(core, 0, 10, force=float("nan")) is None
-    assert feed(core, 0, 11, rod=replace(GOOD.rod, damping=float("inf"))) is None
+    assert feed(core, 0, 11, rod=GOOD.rod._replace(damping=float("inf"))) is None
     assert core.counts.dropped == 4
     assert core.newest == before
 
@@ -222,7 +220,7 @@ def test_a_damper_that_outweighs_the_mass_sets_the_maxwell_warning():
     core = fusion()
     feed(core, 0, 0)
     assert feed(core, 1, 0).maxwell_exceeds_mass
-    light = replace(GOOD.rod, damping=100.0)
+    light = GOOD.rod._replace(damping=100.0)
     feed(core, 0, 1, rod=light)
     assert not feed(core, 1, 1, rod=light).maxwell_exceeds_mass
 

@@ -38,10 +38,11 @@ class Writer:
         self._data = bytearray([0, _NATIVE, 0, 0])  # plain CDR
         self._runs: list[tuple[struct.Struct, int, int, int]] = []  # layout, offset, which numbers of all
         count = 0
-        for is_text, parts in groupby(_parts(message), lambda part: isinstance(part, bytes)):
+        for is_text, parts in groupby(_parts(message), lambda part: isinstance(part, bytes | list)):
             if is_text:
                 for text in parts:
-                    self._data += bytes(-len(self._data) % 4) + _LENGTH[_NATIVE].pack(len(text)) + text
+                    self._data += bytes(-len(self._data) % 4) + _LENGTH[_NATIVE].pack(len(text))
+                    self._data += text if isinstance(text, bytes) else b""
                 continue
             codes = "".join(parts)
             layout = _layouts(codes)[_NATIVE][len(self._data) % 8]
@@ -181,11 +182,17 @@ def _texts(data: bytes, at: int, order: int) -> tuple[list[str], int]:
 
 
 def _parts(message: Any) -> Iterator[Any]:
-    """What a message is made of, in the order of the wire: numbers as their codes, strings as their bytes."""
+    """What a message is made of, in the order of the wire: numbers as their codes, strings as their bytes.
+
+    Strings in a sequence come after the sequence itself, of which the wire has the length.
+    """
     for name, kind in message.get_fields_and_field_types().items():
         base, _, count = kind.rstrip("]").partition("[")
         value = getattr(message, name)
-        for one in value if count else [value]:
+        if kind == "sequence<string>":
+            yield value
+            base = "string"
+        for one in value if count or isinstance(value, list) else [value]:
             if base == "string":
                 yield one.encode() + b"\0"
             elif base in _CODES:

@@ -1,6 +1,6 @@
 """From readings to samples in SI: transmissions, joint and motors."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from vsa_driver.calibration import Calibration, Tare
 from vsa_driver.counter import Unwrapped
@@ -10,8 +10,7 @@ from vsa_driver.settings import JointSettings, MotorSettings, TransmissionSettin
 from vsa_driver.stream import COUNTER, Reading, Stream
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
+class Sample(NamedTuple):
     """One sample of a transmission."""
 
     transmission: str
@@ -21,8 +20,7 @@ class Sample:
     deflection: float  # [m]
 
 
-@dataclass(frozen=True, slots=True)
-class JointSample:
+class JointSample(NamedTuple):
     """What one frame says of the joint's shaft; None is not measured."""
 
     stamp_ns: int
@@ -30,8 +28,7 @@ class JointSample:
     torque: float | None  # [N m]
 
 
-@dataclass(frozen=True, slots=True)
-class MotorSample:
+class MotorSample(NamedTuple):
     """Where the motors are."""
 
     stamp_ns: int

@@ -1,6 +1,6 @@
 """Signals that are sampled together: their frames are read, checked and put together, and what was wrong is counted."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from vsa_driver.counter import COUNTED, RollingCounter
 from vsa_driver.frames import FrameError
@@ -9,8 +9,7 @@ from vsa_driver.mapping import Source
 COUNTER = "counter"
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(NamedTuple):
     """Signals that were sampled together, in the DBC's units, in the order of their roles."""
 
     stamp_ns: int

@@ -15,7 +15,6 @@ from vsa_common.cdr import Writer, read_position, read_wrench
 from vsa_common.life import run
 from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
 from vsa_common.recent import Recent, described
-from vsa_common.stamps import set_stamp
 from vsa_common.throttled import Throttled
 from vsa_estimator.flight_recorder import FlightRecorder
 from vsa_estimator.formulations import create_estimator
@@ -28,6 +27,7 @@ WATCH = 0.005  # how often silence is looked for [s]
 STARVED_NS = 20_000_000  # a watch that comes so late was starved; for as long it lets come first what has queued up
 IMPATIENT_NS = 200_000_000  # silence after which it no longer does
 STEP_NS = 10_000_000  # silence is predicted through in these steps: told late where it must be, but never left out
+CLOCK_NS = 5_000_000  # a look at the ROS clock is dear
 NO_SAMPLES = "no samples"  # what is said of STALE
 FIRST_STEP = 5  # the shortest silence that is spoken of, in steps
 STEPS = 10  # at most, at a time
@@ -39,7 +39,11 @@ def _fields(message: Any) -> list[str]:
 
 _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 impedance_of = itemgetter(*(Estimate._fields.index(name) for name in _fields(TransmissionImpedance)))
-_STATE = tuple(name for name in State._fields if name in _fields(EstimatorState))
+_TEXTS = ("reason", "observability")
+_NUMBERS = [name for name in _fields(EstimatorState) if name not in _TEXTS]
+_MATRIX = _NUMBERS.index("coefficient_covariance")
+_before_matrix = itemgetter(*(State._fields.index(name) for name in _NUMBERS[:_MATRIX]))
+_after_matrix = itemgetter(*(State._fields.index(name) for name in _NUMBERS[_MATRIX + 1 :]))
 
 
 class EstimatorNode(SuiteNode[NodeConfig]):
@@ -57,7 +61,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._recorder = FlightRecorder(recorder, name) if recorder.folder else None
         self._pairing = Pairing(int(config.pairing_tolerance * 1e9), int(config.reorder_window * 1e9))
         self._writer = Writer(TransmissionImpedance(header=Header(frame_id=name)))
-        self._state = EstimatorState(header=Header(frame_id=name))
+        self._state_texts: tuple[str, tuple[str, ...]] = "", ()
+        self._state_writer = self._writer_of_states()
         self._status = Status.INITIALIZING
         self._reset_count = 0
         self._future_ns = int(config.future_tolerance * 1e9)
@@ -66,6 +71,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self.stamp_ns = self.arrival_ns = 0
         self._published_ns = self._state_ns = self._watched_ns = self._patient_ns = 0
         self._stamp_seen_ns = -1
+        self._looked_ns = self._future_from_ns = 0
         self._recent = Recent()
         self._ros_clock = cast("ROSClock", self.get_clock())
         self._impedances = Throttled(self, TransmissionImpedance, f"{name}/impedance")
@@ -148,11 +154,19 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def refuse(self, stamp_ns: int, sensor: str) -> bool:
         """Whether a stamp is zero or in the future; it is counted then."""
-        if stamp_ns == self._stamp_seen_ns or 0 < stamp_ns <= self._ros_clock.now().nanoseconds + self._future_ns:
+        if stamp_ns == self._stamp_seen_ns or 0 < stamp_ns <= self._latest_ns(stamp_ns):
             self._stamp_seen_ns = stamp_ns
             return False
         self._refused[f"{self.config.transmission}/{sensor}"] += 1
         return True
+
+    def _latest_ns(self, stamp_ns: int) -> int:
+        """From which on a stamp is in the future, by a look at the clock that is as old as CLOCK_NS at most."""
+        steady_ns = time.monotonic_ns()
+        if steady_ns - self._looked_ns > CLOCK_NS or stamp_ns > self._future_from_ns:
+            self._looked_ns = steady_ns
+            self._future_from_ns = self._ros_clock.now().nanoseconds + self._future_ns
+        return self._future_from_ns
 
     def take(self, stamp_ns: int, force: float, deflection: float) -> None:
         """Estimate from one sample of force [N] and deflection [m], and publish; nothing while inactive."""
@@ -196,15 +210,19 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         """Publish what the estimator knows; `estimate` is its last."""
         with self.lock:
             state = self._estimator.state()
-        message = self._state
-        set_stamp(message.header.stamp, estimate.stamp_ns)
-        for name in _STATE:
-            setattr(message, name, getattr(state, name))
-        message.status = estimate.status
-        if estimate.status is Status.STALE:
-            message.reason = NO_SAMPLES
-        message.samples_dropped += self._pairing.dropped + sum(self._refused.values())
-        self._states.publish(message)
+        texts = NO_SAMPLES if estimate.status is Status.STALE else state.reason, state.observability
+        if texts != self._state_texts:
+            self._state_texts = texts
+            self._state_writer = self._writer_of_states()
+        dropped = state.samples_dropped + self._pairing.dropped + sum(self._refused.values())
+        state = state._replace(status=estimate.status, samples_dropped=dropped)
+        numbers = *_before_matrix(state), *state.coefficient_covariance, *_after_matrix(state)
+        self._states.publish(self._state_writer.write(estimate.stamp_ns, numbers))
+
+    def _writer_of_states(self) -> Writer:
+        reason, lines = self._state_texts
+        header = Header(frame_id=self.config.transmission)
+        return Writer(EstimatorState(header=header, reason=reason, observability=list(lines)))
 
     def _on_watch(self) -> None:
         """After a starved moment, what has queued up comes first."""

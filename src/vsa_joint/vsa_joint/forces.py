@@ -4,11 +4,10 @@ With A = [R1, -R2] the joint feels the torque A T. The internal part n n' T, n =
 the motion part A' A T / |R|^2 gives all of it. For equal radii the internal part is the mean tension on both sides.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class TensionSplit:
+class TensionSplit(NamedTuple):
     """Internal tension [N], motion torque [N m], the smaller tension [N], and variances."""
 
     internal_force: float

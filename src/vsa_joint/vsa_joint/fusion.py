@@ -7,8 +7,9 @@ the pairing, and a late frame costs none. Instants of the steady clock come in a
 """
 
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
+from typing import NamedTuple
 
 from vsa_joint import forces
 from vsa_joint.configuration import CONSISTENT, JointConfig
@@ -23,8 +24,7 @@ ALIKE = 1.5  # ratio of the sides' periods up to which a sample of one side belo
 TIME_JUMP_NS = 500_000_000  # a stamp that far back is a clock or a bag that started over
 
 
-@dataclass(frozen=True, slots=True)
-class Side:
+class Side(NamedTuple):
     """One transmission at one instant, named as in TransmissionImpedance.msg (SI)."""
 
     stamp_ns: int
@@ -40,8 +40,7 @@ class Side:
     reset_reason: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class JointEstimate:
+class JointEstimate(NamedTuple):
     """The joint at one instant, named as in JointImpedance.msg (SI)."""
 
     stamp_ns: int
@@ -152,8 +151,7 @@ class JointFusion:
             status = Status.STALE
         else:
             reason, status = f"no sample yet of {' and '.join(silent) or 'either side'}", Status.INITIALIZING
-        self._last = replace(
-            self._last,
+        self._last = self._last._replace(
             stiffness_valid=False,
             damping_valid=False,
             inertia_valid=False,

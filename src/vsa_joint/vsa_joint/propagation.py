@@ -6,14 +6,14 @@ tendon stiffness is one error for both sides (one capstan, one kind of rope): it
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from vsa_joint.reflection import LEAST_DAMPING, VALID_SHARE, Joint, Route
 
 TURN = 6.283185307179586  # rad
 
 
-@dataclass(frozen=True, slots=True)
-class Rod:
+class Rod(NamedTuple):
     """Impedance of one transmission with its covariance: N/m, N s/m, kg."""
 
     stiffness: float
@@ -35,8 +35,7 @@ class RouteStd:
     tendon_stiffness: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Reflected:
+class Reflected(NamedTuple):
     """Impedance of the joint: N m/rad, N m s/rad, kg m^2, and their variances."""
 
     stiffness: float
