@@ -23,7 +23,10 @@ CORRECTION = 0.5  # share of the drift by which the period is corrected then; al
 MISTAKEN = 0.1  # of a period: a sample this much too early comes of a wrong count, not of a wrong period
 WHOLE = 0.15  # of a period: a gap this close to a whole number of them is samples that were lost
 ALIKE, RAGGED = 2.0, 14.0  # samples in turn behind by a whole number of periods: lost; more if stamps are ragged ...
-PATIENCE_NS = 500e6  # ... or samples that stay behind for so long
+PATIENCE_NS = 200e6  # ... or samples that stay behind for so long ...
+FAR_NS = 40e6  # ... or by so much, and do not hurry; all the sooner, the more often it was loss
+EPISODES = 16.0  # of being behind, over which that is learnt
+RISE = 1.25  # a sample, of what is thought lost at least while more is lost
 HURRY = 0.5  # of a period, below which samples are catching up ...
 HURRIED = 1000  # ... and for so many more a gap is thought to be lateness
 RETURNS = 2  # to the pace, after which it is believed where the motion does not tell
@@ -36,9 +39,9 @@ BOLDEST = 10.0  # no sample says more, in standard deviations
 # What `pace` remembers, in an array.
 PERIOD, INSTANT, LAST, SPREAD, INTERVALS, ODD, HURRIED_FOR, AWAY, RETURNED = range(9)
 BEHIND, BEHIND_BY, SAME, NEAREST = range(9, 13)  # samples in turn, periods at least, in turn by the same whole number
-OFF_PACE = 13  # share of samples
-COUNT, OF, EARLY, WRONG, DELAY = range(14, 19)  # of the samples that correct the pace; DELAY of either half
-STEPS = 20  # from here on, while the period is not known
+OFF_PACE, LOSSY = 13, 14  # shares: of samples; of the times behind, those by loss
+COUNT, OF, EARLY, WRONG, DELAY = range(15, 20)  # of the samples that correct the pace; DELAY of either half
+STEPS = 21  # from here on, while the period is not known
 
 # What `weigh` remembers: leaky sums of samples, of what the pace explains better, of its square; and who has proven it.
 WORTH_OF, GAIN, SQUARES, PROVEN = range(4)
@@ -106,18 +109,25 @@ def periods(memory: Array, stamp_ns: int, step: float) -> float:
     on_pace = abs(behind - nearest) < WHOLE and (nearest == 0.0 or nearest == memory[NEAREST])
     memory[OFF_PACE] += ((0.0 if on_pace else 1.0) - memory[OFF_PACE]) / LONGEST
     if behind < 0.5:
+        if memory[BEHIND] > 0.0 or passed < 1.0:
+            memory[LOSSY] -= memory[LOSSY] / EPISODES
         catch_up(memory)
         return float(passed)
     memory[SAME] = memory[SAME] + 1.0 if on_pace else 0.0
     memory[NEAREST] = nearest
     memory[BEHIND] += 1.0
-    memory[BEHIND_BY] = min(memory[BEHIND_BY], behind)
+    memory[BEHIND_BY] = min(RISE * memory[BEHIND_BY], behind)
+    patience = (1.0 - memory[LOSSY]) ** 6
     lost = 0.0
-    if memory[SAME] >= ALIKE + RAGGED * memory[OFF_PACE]:
+    if memory[SAME] >= ALIKE + RAGGED * memory[OFF_PACE] * patience:
         lost = nearest
-    elif memory[BEHIND] * period > PATIENCE_NS:
+    elif step > HURRY * period and (
+        memory[BEHIND] * period > PATIENCE_NS * patience
+        or (memory[BEHIND] > ALIKE and memory[BEHIND_BY] * period > FAR_NS * patience)
+    ):
         lost = np.rint(memory[BEHIND_BY])
     if lost > 0.0:
+        memory[LOSSY] += (1.0 - memory[LOSSY]) / EPISODES
         catch_up(memory)
     return float(passed + lost)
 
