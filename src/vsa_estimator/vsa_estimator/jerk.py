@@ -10,7 +10,7 @@ from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
 CANDIDATES: Array = np.logspace(-8.0, 1.0, 19).astype(np.float64)  # [m^2/s^5]
-LEAST = 1e-5  # the filter never assumes less [m^2/s^5]
+LEAST = 3e-6  # the filter never assumes less [m^2/s^5]
 STARTLED = 4.0  # leaky mean of the deflection's normalised innovation squared that tells of a sudden motion
 _STARTLE_GAIN, _STARTLE_LOUD = 0.3, 10.0  # one loud sample alone does not startle
 _LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
