@@ -18,6 +18,7 @@ from vsa_msgs.srv import InjectFailure
 
 RATE = 250
 LEARNING = 14.0  # s of motion before the first command
+RESUMING = 90.0  # s until control works again at most: what has queued up on a starved machine comes first
 SOFT, STIFF, SWAY = 1.0, 1.4, 1.0  # N m/rad and s, commanded in turn, so that there is motion to stop
 MOVED = 0.02  # rad between two commands that move the motors
 CONTROLLER = Part("stiffness_controller", "vsa_joint", "stiffness_controller")
@@ -57,7 +58,7 @@ class Lab:
 
     def resume(self):
         self.commanding = True
-        self.until(self.works, 30.0)
+        self.until(self.works, RESUMING)
         self.said.clear()
 
     def fail(self, words):
