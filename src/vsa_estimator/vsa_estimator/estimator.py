@@ -110,7 +110,7 @@ class Estimator:
             stiffness_valid, damping_valid = estimate.stiffness_valid, estimate.damping_valid
         z, p = tracker.z.tolist(), tracker.covariance
         variance = np.diag(p).tolist()
-        complaints = self._complaints(self._stamp_ns)
+        complaints = filter(None, [*self._health.complaints(self._stamp_ns), self._trust.reason])
         lines = explain(tracker, known, stiffness_valid, damping_valid)
         reason = "; ".join(complaints) or ("" if stiffness_valid else lines[0])
         if status is Status.INITIALIZING:
@@ -316,10 +316,6 @@ class Estimator:
         self._jerk.restart(block.deflection, deflection_variance)
         self._deflection_noise.interrupt()
         self._force_noise.interrupt()
-
-    def _complaints(self, stamp_ns: int) -> list[str]:
-        complaints = self._health.complaints(stamp_ns)
-        return [*complaints, self._trust.reason] if self._trust.reason else complaints
 
     def _count_reset(self, reason: Reset) -> None:
         self._reset_count += 1

@@ -11,6 +11,7 @@ from vsa_estimator.model import (
     Array,
     force,
     friction_form,
+    ln_stiffness,
     maximum_speed,
 )
 
@@ -188,9 +189,9 @@ def report(
     t, q = ahead, jerk_density
     half = 0.5 * t * t
     x, v = z[0] + t * z[1] + half * z[2], z[1] + t * z[2]
-    s, k2, d1, d2, mass = z[3], z[4], z[5], z[6], z[7]
+    k2, d1, d2 = z[4], z[5], z[6]
     dx = x - reference
-    sigma = np.exp(min(max(s + k2 * dx, -20.0), 25.0))
+    sigma = np.exp(ln_stiffness(z[3], k2, dx))
     w = maximum_speed(d1, d2)
     c = min(max(v, -w), w)
     slope = 6.0 * d2 * c  # of the damping, by the speed
@@ -217,7 +218,7 @@ def report(
     out[9] = slope * (p_damping[1] + t * p_damping[2]) + p_damping[5] + 3.0 * c * c * p_damping[6]
     out[9] += slope * slope * q * t**3 / 3.0 + pulled_damping * pulled_damping
     out[9] += (3.0 * c * c * doubts[2]) ** 2 + doubts[1] ** 2
-    out[10] = mass
+    out[10] = z[7]
     out[11] = doubts[3]
     covariance = slope * (p_ln[1] + t * p_ln[2]) + p_ln[5] + 3.0 * c * c * p_ln[6] + k2 * slope * q * t**4 / 8.0
     out[12] = sigma * (covariance + pulled_ln * pulled_damping)

@@ -42,9 +42,9 @@ def maximum_speed(d1: float, d2: float) -> float:
 
 
 @compiled
-def ln_stiffness(z: Array, reference: float) -> float:
-    """Natural logarithm of the stiffness, eq. (3), in N/m, kept to what a double can raise."""
-    return min(max(z[3] + z[4] * (z[0] - reference), -20.0), 25.0)
+def ln_stiffness(s: float, k2: float, dx: float) -> float:
+    """Natural logarithm of the stiffness, eq. (3), in N/m, `dx` [m] off the reference; a double can raise it."""
+    return min(max(s + k2 * dx, -20.0), 25.0)
 
 
 @compiled
@@ -56,7 +56,7 @@ def force(z: Array, reference: float, coulomb_speed: float, gradient: Array, hes
     """
     v, a, k2, d1, d2, mass, offset, coulomb = z[1], z[2], z[4], z[5], z[6], z[7], z[8], z[9]
     dx = z[0] - reference
-    sigma = np.exp(ln_stiffness(z, reference))
+    sigma = np.exp(ln_stiffness(z[3], k2, dx))
     w = maximum_speed(d1, d2)
     c = min(max(v, -w), w)
     friction = np.tanh(v / coulomb_speed)

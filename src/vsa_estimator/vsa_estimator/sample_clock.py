@@ -114,13 +114,20 @@ def periods(memory: Array, stamp_ns: int, step: float) -> float:
         catch_up(memory)
         return float(passed)
     memory[SAME] = memory[SAME] + 1.0 if on_pace else 0.0
-    memory[NEAREST] = nearest
+    return float(passed + missed(memory, behind, step))
+
+
+@compiled
+def missed(memory: Array, behind: float, step: float) -> float:
+    """How many samples were lost before one `behind` the pace [periods]: late ones catch up, lost ones do not."""
+    period = memory[PERIOD]
+    memory[NEAREST] = np.rint(behind)
     memory[BEHIND] += 1.0
     memory[BEHIND_BY] = min(RISE * memory[BEHIND_BY], behind)
     patience = (1.0 - memory[LOSSY]) ** 6
     lost = 0.0
     if memory[SAME] >= ALIKE + RAGGED * memory[OFF_PACE] * patience:
-        lost = nearest
+        lost = memory[NEAREST]
     elif step > HURRY * period and (
         memory[BEHIND] * period > PATIENCE_NS * patience
         or (memory[BEHIND] > ALIKE and memory[BEHIND_BY] * period > FAR_NS * patience)
@@ -129,7 +136,7 @@ def periods(memory: Array, stamp_ns: int, step: float) -> float:
     if lost > 0.0:
         memory[LOSSY] += (1.0 - memory[LOSSY]) / EPISODES
         catch_up(memory)
-    return float(passed + lost)
+    return float(lost)
 
 
 @compiled
