@@ -22,13 +22,14 @@ def main(bag: str) -> int:
         side = columns(bag, f"/vsa/transmission_{i}/impedance", "deflection", "stiffness", "stiffness_valid")
         state = columns(bag, f"/vsa/transmission_{i}/estimator_state", "k2", "k2_variance", "k2_valid")
         valid = side["stiffness_valid"] == 1.0
-        if valid.sum() < 2 or not state["k2_valid"][-1]:
-            print(f"transmission_{i}: stiffness was not valid in {bag}")
+        known = np.flatnonzero(state["k2_valid"])
+        if valid.sum() < 2 or not known.size:
+            print(f"transmission_{i}: stiffness or k2 was never valid in {bag}")
             continue
         last = np.flatnonzero(valid)[valid.sum() // 2 :]  # the second half, when the estimator had learnt
         x, sigma = side["deflection"][last], side["stiffness"][last]
         slope, level = np.polyfit(x, np.log(sigma), 1)
-        k2, half = state["k2"][-1], 1.96 * np.sqrt(state["k2_variance"][-1])
+        k2, half = state["k2"][known[-1]], 1.96 * np.sqrt(state["k2_variance"][known[-1]])
         low, high = 1e-3 * sigma.min(), 1e-3 * sigma.max()
         print(f"transmission_{i}: {valid.mean():.0%} of the time valid, stiffness {low:.2f} to {high:.2f} N/mm")
         print(f"  k2 {1e-3 * slope:.4f} /mm by this fit, {1e-3 * k2:.4f} +- {1e-3 * half:.4f} /mm by the estimator")
