@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from favour import RIG, favoured, undisturbed, with_weight
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.srv import GetParameters
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
@@ -303,12 +305,15 @@ def test_a_late_joiner_hears_an_estimate_within_one_period_and_gets_parameters_a
 
 def test_a_subscriber_with_another_policy_hears_or_the_diagnostics_name_the_policy(healthy):
     node, heard, begin = healthy.stage.node, [], time.monotonic()
-    best_effort = node.create_subscription(JointImpedance, "joint_impedance", heard.append, BEST_EFFORT)
+    # An event that is still queued for what was destroyed ends the process: ros2/rclpy#1644.
+    listen = partial(node.create_subscription, event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
+    speak = partial(node.create_publisher, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
+    best_effort = listen(JointImpedance, "joint_impedance", heard.append, BEST_EFFORT)
     healthy.until(lambda: heard)
     lasting = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    deaf = node.create_subscription(JointImpedance, "joint_impedance", heard.append, lasting)
+    deaf = listen(JointImpedance, "joint_impedance", heard.append, lasting)
     healthy.until(lambda: healthy.told("joint", "durability", begin))
-    unreliable = node.create_publisher(WrenchStamped, "transmission_1/force", BEST_EFFORT)
+    unreliable = speak(WrenchStamped, "transmission_1/force", BEST_EFFORT)
     healthy.until(lambda: healthy.told("estimator_1", "reliability", begin))
     for entity, destroy in ((best_effort, node.destroy_subscription), (deaf, node.destroy_subscription)):
         destroy(entity)

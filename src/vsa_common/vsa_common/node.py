@@ -8,7 +8,7 @@ import re
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from functools import partial
+from itertools import product
 from typing import Any, Generic, TypeVar, cast
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -18,7 +18,10 @@ from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallba
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
-from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from vsa_common.configuration import ConfigurationError, build, flatten, parameters
 from vsa_common.declared import COMMON, Common, descriptor, is_ours, ros_value
 
@@ -28,13 +31,20 @@ Health = tuple[int, str, Mapping[str, object]]
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 REPORT = 1.0  # between two diagnostics at most [s]
 LOOK = 0.2  # how soon other words, or another level, are told [s]
-_POLICIES = {kind.value: kind.name.lower() for kind in QoSPolicyKind}
+_POLICIES = "reliability", "durability", "deadline", "liveliness", "liveliness_lease_duration"
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 RELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 RCLError = rclpy_implementation.RCLError
 _NUMBERS = re.compile(r"[\d.]+")
+
+
+def _keeps_apart(policy: str, publisher: TopicEndpointInfo, subscription: TopicEndpointInfo) -> bool:
+    """Whether this policy alone keeps the subscription from hearing the publisher."""
+    ends = publisher.qos_profile, subscription.qos_profile
+    alone = (QoSProfile(depth=1, **{policy: getattr(profile, policy)}) for profile in ends)
+    return qos_check_compatible(*alone)[0] == QoSCompatibility.ERROR
 
 
 class SuiteNode(LifecycleNode, Generic[Config]):
@@ -45,7 +55,8 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     def __init__(self, name: str, config_class: type[Config], namespace: str = "vsa", **defaults: Any) -> None:
         """`defaults` hold for parameters that nobody gives a value."""
-        self.unheard: dict[str, str] = {}  # topic: policy that keeps another node's publisher or subscriber apart
+        self._unheard: dict[Publisher | Subscription, str] = {}  # our end: policies that keep another node apart
+        self._compared = 0
         try:
             super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
         except ValueError as error:  # rcl gives an empty list no type
@@ -86,23 +97,47 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """Level (OK, WARN, ERROR, STALE), one line, and key values for /diagnostics."""
         return OK, "active" if self._active else "inactive", {}
 
-    # Topics whose policies do not fit are no mystery: the diagnostics name them.
+    # Topics whose policies do not fit are no mystery: the diagnostics name them. Not by rclpy's events: one that is
+    # still queued for a topic that a transition has closed ends the process (ros2/rclpy#1644).
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any, **options: Any) -> Any:
-        events = PublisherEventCallbacks(incompatible_qos=partial(self._on_incompatible, topic))
+        events = PublisherEventCallbacks(use_default_callbacks=False)
         return super().create_publisher(msg_type, topic, qos_profile, event_callbacks=events, **options)
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any) -> Any:
-        incompatible = partial(self._on_incompatible, topic)
-        events = SubscriptionEventCallbacks(incompatible_qos=incompatible)
+        events = SubscriptionEventCallbacks(use_default_callbacks=False)
         return super().create_subscription(msg_type, topic, callback, qos_profile, event_callbacks=events, **options)
 
-    def _on_incompatible(self, topic: str, event: Any) -> None:
-        self.unheard[topic] = _POLICIES.get(int(event.last_policy_kind), "QoS")
-        self.get_logger().warning(self._incompatible())
+    def _compare_policies(self) -> None:
+        """Look whether everybody at one of our topics hears us, or is heard: the next one each time, as it costs."""
+        ours: list[Publisher | Subscription] = [*self.publishers, *self.subscriptions]
+        self._compared = (self._compared + 1) % len(ours)
+        mine = ours[self._compared]
+        known = self._unheard
+        self._unheard = {one: known[one] for one in ours if one in known and one is not mine}
+        if policies := self._misfit(mine):
+            self._unheard[mine] = policies
+            if known.get(mine) != policies:
+                self.get_logger().warning(self._incompatible())
+
+    def _misfit(self, mine: Publisher | Subscription) -> str:
+        """Policies that keep somebody at this topic from hearing us, or from being heard; empty if all can."""
+        topic = mine.topic_name
+        if isinstance(mine, Publisher):
+            all_hear = self.count_subscribers(topic) <= mine.get_subscription_count()
+        else:
+            all_hear = self.count_publishers(topic) <= mine.get_publisher_count()
+        if all_hear:
+            return ""
+        us = self.get_name(), self.get_namespace()
+        pairs = product(self.get_publishers_info_by_topic(topic), self.get_subscriptions_info_by_topic(topic))
+        ours = [pair for pair in pairs if us in ((end.node_name, end.node_namespace) for end in pair)]
+        apart = (policy for policy in _POLICIES if any(_keeps_apart(policy, *pair) for pair in ours))
+        return ", ".join(apart).replace("_", " ")
 
     def _incompatible(self) -> str:
-        return "; ".join(f"{topic}: another node's {policy} does not fit" for topic, policy in self.unheard.items())
+        said = (f"{one.topic_name}: another node's {policies} does not fit" for one, policies in self._unheard.items())
+        return "; ".join(said)
 
     # Lifecycle.
 
@@ -201,9 +236,10 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     def _publish_health(self) -> None:
         """Tell at once what is new, and everything once a second."""
+        self._compare_policies()
         with self.lock:
             level, message, values = self.health()
-        if self.unheard:
+        if self._unheard:
             message = self._incompatible() if level == OK else f"{message}; {self._incompatible()}"
             level = max(level, WARN)
         now, (told_level, told_words, told_at) = time.monotonic(), self._reported_last
