@@ -1,5 +1,6 @@
 """When samples were taken, from stamps that are late, uneven, or not all there."""
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from transmission_data import MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.sample_clock import SampleClock, no_pace, pace
+from vsa_estimator.sample_clock import STAMPS, instant, no_instant, no_pace, pace
 
 
 def held_up(taken, seed=5, often=8.0, long=8e-3):
@@ -29,10 +30,10 @@ def starved(taken, seed=5):
     rng = np.random.default_rng(seed)
     period, busy, free = taken[1] - taken[0], 1.0, 0.0
     stamp = np.empty_like(taken)
-    for index, instant in enumerate(taken):
+    for index, when in enumerate(taken):
         if rng.uniform() < 0.01:
             busy = rng.choice([0.2, 0.3, 0.5, 0.8])
-        free = max(free, instant) + 1e-4 + 0.7 * busy * period * rng.exponential()
+        free = max(free, when) + 1e-4 + 0.7 * busy * period * rng.exponential()
         stamp[index] = free
     return stamp
 
@@ -40,9 +41,9 @@ def starved(taken, seed=5):
 def instants(stamp, taken, motion=SLOW):
     """What the clock makes of the stamps [s] of samples of a motion."""
     recording = record(TRANSMISSION_1, motion, stamps=taken)
-    clock = SampleClock()
+    clock = partial(instant, no_instant(), np.zeros(STAMPS, dtype=np.int64))
     stamp_ns = 10**18 + np.round(stamp * 1e9).astype(np.int64)
-    found = [clock.add(*sample) for sample in zip(stamp_ns.tolist(), recording.deflection.tolist(), strict=True)]
+    found = [clock(*sample) for sample in zip(stamp_ns.tolist(), recording.deflection.tolist(), strict=True)]
     return (np.array(found) - 10**18) * 1e-9
 
 
@@ -95,9 +96,9 @@ def test_another_pace_is_no_lateness(pause):
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(1, 10**12), st.floats(-1.0, 1.0)), max_size=150))
 def test_instants_increase_with_any_stamps_and_are_never_after_them(samples):
-    clock = SampleClock()
+    clock = partial(instant, no_instant(), np.zeros(STAMPS, dtype=np.int64))
     stamps = np.cumsum([step for step, _ in samples]).tolist()
-    found = [clock.add(stamp, value) for stamp, (_, value) in zip(stamps, samples, strict=True)]
+    found = [clock(stamp, value) for stamp, (_, value) in zip(stamps, samples, strict=True)]
     assert all(b > a for a, b in pairwise(found))
     assert all(instant <= stamp for instant, stamp in zip(found, stamps, strict=True))
 

@@ -2,6 +2,22 @@
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+from vsa_common.accel import compiled
+from vsa_estimator.model import Array
+
+SPAN = 0.95  # of the filter's period: samples that span it make a block
+
+# What is remembered: usual time between two samples and time of a block [ns]; sums of the unfinished block.
+PERIOD, SPAN_NS, DEFLECTION_SUM, FORCE_SUM, MEANS = range(5)  # deflection and force of up to two finished ones: MEANS
+MEMORY = 9
+# In whole numbers: the last stamp and the block's first [ns], sum of the offsets from it, samples, forces.
+LAST, FIRST, OFFSET_SUM, COUNT, FORCES, FINISHED = range(6)  # stamp, samples and forces of up to two blocks: FINISHED
+STAMPS = 12
+
+Stamps = NDArray[np.int64]
+
 
 class Block(NamedTuple):
     """Mean of consecutive samples."""
@@ -13,69 +29,81 @@ class Block(NamedTuple):
     forces: int  # fresh ones among them
 
 
-class BlockAverage:
-    """Collects samples until they span one period of the filter, by their stamps."""
+def no_samples(rate: float) -> Array:
+    """Memory before the first sample; `rate` of the filter [Hz]."""
+    memory = np.zeros(MEMORY)
+    memory[SPAN_NS] = SPAN * 1e9 / rate
+    return memory
 
-    def __init__(self, rate: float) -> None:
-        """`rate` of the filter [Hz]."""
-        self._span_ns = 0.95e9 / rate
-        self._period_ns = 0.0
-        self._last_ns = 0
-        self.clear()
 
-    @property
-    def period_ns(self) -> float:
-        """Running mean of the sample period [ns]; 0 before the second sample."""
-        return self._period_ns
+@compiled
+def averages(memory: Array) -> bool:
+    """Whether samples come at least twice as fast as the filter steps."""
+    return bool(0.0 < 2.0 * memory[PERIOD] <= memory[SPAN_NS])
 
-    @property
-    def averages(self) -> bool:
-        """Whether samples come at least twice as fast as the filter steps."""
-        return 0.0 < 2.0 * self._period_ns <= self._span_ns
 
-    def clear(self) -> None:
-        """Forget the unfinished block."""
-        self._first_ns = 0
-        self._offset_sum = 0
-        self._deflection_sum = 0.0
-        self._force_sum = 0.0
-        self._count = 0
-        self._force_count = 0
+@compiled
+def clear(memory: Array, stamps: Stamps) -> None:
+    """Forget the unfinished block."""
+    memory[DEFLECTION_SUM] = memory[FORCE_SUM] = 0.0
+    stamps[FIRST:FINISHED] = 0
 
-    def add(self, stamp_ns: int, deflection: float | None, force: float | None) -> list[Block]:
-        """Take a sample, without what of it is not to be believed; the blocks that it completes, at most two."""
-        step = stamp_ns - self._last_ns
-        gap = self._first_ns > 0 and step > 2.0 * self._span_ns
-        if self._period_ns == 0.0:
-            self._period_ns = float(step) if self._last_ns else 0.0
-        elif step < 3.0 * self._period_ns:
-            self._period_ns += 0.02 * (step - self._period_ns)
-        elif step < 1e9:
-            self._period_ns *= 1.02
-        self._last_ns = stamp_ns
-        complete = [self._close()] if gap and self._count else []
-        if gap:
-            self.clear()
-        if not self._first_ns:
-            self._first_ns = stamp_ns
-        if deflection is not None:
-            self._offset_sum += stamp_ns - self._first_ns
-            self._deflection_sum += deflection
-            self._count += 1
-        if force is not None:
-            self._force_sum += force
-            self._force_count += 1
-        if self._count and self._period_ns and stamp_ns - self._first_ns + self._period_ns >= self._span_ns:
-            complete.append(self._close())
-        return complete
 
-    def _close(self) -> Block:
-        block = Block(
-            self._first_ns + self._offset_sum // self._count,
-            self._deflection_sum / self._count,
-            self._force_sum / self._force_count if self._force_count else 0.0,
-            self._count,
-            self._force_count,
-        )
-        self.clear()
-        return block
+@compiled
+def finish(memory: Array, stamps: Stamps, which: int) -> None:
+    """The block is complete."""
+    count, forces = stamps[COUNT], stamps[FORCES]
+    memory[MEANS + 2 * which] = memory[DEFLECTION_SUM] / count
+    memory[MEANS + 2 * which + 1] = memory[FORCE_SUM] / forces if forces else 0.0
+    stamps[FINISHED + 3 * which] = stamps[FIRST] + stamps[OFFSET_SUM] // count
+    stamps[FINISHED + 3 * which + 1] = count
+    stamps[FINISHED + 3 * which + 2] = forces
+    clear(memory, stamps)
+
+
+@compiled
+def collect(
+    memory: Array, stamps: Stamps, stamp_ns: int, deflection: float, force: float, placed: bool, fresh: bool
+) -> int:
+    """Take a sample, deflection and force if they are `placed` and `fresh`; how many blocks it finishes, at most two.
+
+    Samples are collected until they span one period of the filter, by their stamps.
+    """
+    step = stamp_ns - stamps[LAST]
+    gap = stamps[FIRST] > 0 and step > 2.0 * memory[SPAN_NS]
+    if memory[PERIOD] == 0.0:
+        memory[PERIOD] = step if stamps[LAST] else 0.0
+    elif step < 3.0 * memory[PERIOD]:
+        memory[PERIOD] += 0.02 * (step - memory[PERIOD])
+    elif step < 1e9:
+        memory[PERIOD] *= 1.02
+    stamps[LAST] = stamp_ns
+    finished = 0
+    if gap:
+        if stamps[COUNT]:
+            finish(memory, stamps, 0)
+            finished = 1
+        clear(memory, stamps)
+    if not stamps[FIRST]:
+        stamps[FIRST] = stamp_ns
+    if placed:
+        stamps[OFFSET_SUM] += stamp_ns - stamps[FIRST]
+        memory[DEFLECTION_SUM] += deflection
+        stamps[COUNT] += 1
+    if fresh:
+        memory[FORCE_SUM] += force
+        stamps[FORCES] += 1
+    if stamps[COUNT] and memory[PERIOD] and stamp_ns - stamps[FIRST] + memory[PERIOD] >= memory[SPAN_NS]:
+        finish(memory, stamps, finished)
+        finished += 1
+    return finished
+
+
+def finished_blocks(memory: Array, stamps: Stamps, count: int) -> list[Block]:
+    """The blocks that the last sample has finished."""
+    blocks = []
+    for which in range(count):
+        deflection, force = memory[MEANS + 2 * which : MEANS + 2 * which + 2].tolist()
+        stamp_ns, samples, forces = stamps[FINISHED + 3 * which : FINISHED + 3 * which + 3].tolist()
+        blocks.append(Block(stamp_ns, deflection, force, samples, forces))
+    return blocks

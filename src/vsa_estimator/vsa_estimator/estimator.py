@@ -7,34 +7,36 @@ same estimates to the bit: nothing here asks a clock, and long computations are 
 import math
 
 import numpy as np
-from vsa_estimator.blocks import Block, BlockAverage
+from vsa_estimator import signs
+from vsa_estimator.assessment import assess
+from vsa_estimator.blocks import Block
 from vsa_estimator.filter import REST_SPEED
-from vsa_estimator.health import Health, SpikeGate
-from vsa_estimator.intake import Intake, Verdict
+from vsa_estimator.health import Health
+from vsa_estimator.intake import DROP, JUMP
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.jump import Jump
 from vsa_estimator.learner import Learner
 from vsa_estimator.noise_level import NoiseLevel
-from vsa_estimator.observability import DAMPING, NEAR_MAXIMUM, STIFFNESS, Known, explain, inertia_known, judge
-from vsa_estimator.sample_clock import SampleClock
+from vsa_estimator.observability import Known, explain, inertia_known, judge
+from vsa_estimator.samples import DEFLECTION_SPIKE, FORCE_SPIKE, UNDAMPED, Samples, take
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.trust import CONTRADICTION, SILENCE, Trust
 from vsa_estimator.values import Estimate, Reset, State, Status
 from vsa_estimator.warm_up import warm_up
 
-IMPLAUSIBLE = 10.0  # multiple of a sensor's limit that is no measurement
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
 NOISE_MEMORY = 9.0  # [s]
 BRIDGED = 0.25  # silence up to this long is predicted across [s]
 COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
-FAR = 16.0  # squared standard deviations
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
 MOVED = "looking whether the rod moved or the encoder jumped"
 RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
+STIFFNESS_VALID = Estimate._fields.index("stiffness_valid") - Estimate._fields.index("deflection")  # where assessed
+COEFFICIENTS = 6  # of an appraisal, the first ones, go with each estimate
 _TUPLE = tuple.__new__
 
 
@@ -44,14 +46,14 @@ class Estimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Compiles what has to be compiled, so that no sample waits for it."""
         self.config = config
-        self._intake = Intake(IMPLAUSIBLE * config.force_limit, IMPLAUSIBLE * config.deflection_limit)
-        self._health = Health(config)
+        self._samples = Samples(config)
+        self._health = Health()
+        self._dropped = 0
         self._reset_count = 0
         self._reset_reason = Reset.NONE
         self._fused = 0
         self._force_rejected = 0
         self._deflection_rejected = 0
-        self._out = np.zeros(16)
         self._estimate: Estimate | None
         self._started: bool
         self._begin()
@@ -59,29 +61,30 @@ class Estimator:
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted."""
-        verdict = self._intake.judge(stamp_ns, force, deflection)
-        if verdict is Verdict.DROP:
+        samples = self._samples
+        verdict, found, instant_ns, blocks = take(samples.memory, samples.stamps, stamp_ns, force, deflection)
+        if verdict == DROP:
+            self._dropped += 1
             return None
-        if verdict is Verdict.JUMP:
+        if verdict == JUMP:
             self.reset(Reset.TIME_JUMP)
-        instant_ns = self._clock.add(stamp_ns, deflection)
-        fresh = self._health.observe(stamp_ns, force, deflection)
+            return self.add(stamp_ns, force, deflection)
+        self._blind = found & signs.BLINDED > 0
         if not self._started:
             self._start(instant_ns, force, deflection)
-        placed = True
-        if self._blocks.averages:
-            if fresh and not self._spikes.passes(force):
-                self._force_rejected += 1
-                fresh = False
-            placed = self._deflection_spikes.passes(deflection)
-            self._deflection_rejected += not placed
-        for block in self._blocks.add(instant_ns, deflection if placed else None, force if fresh else None):
-            self._step(block)
-        self._learn()
+        if found:
+            self._health.hear(found, stamp_ns)
+            self._force_rejected += found & FORCE_SPIKE > 0
+            self._deflection_rejected += found & DEFLECTION_SPIKE > 0
+        if blocks:
+            for block in samples.blocks(blocks):
+                self._step(block)
+        if self._learner.works:
+            self._learn()
         self._fused += 1
         self._force = force
         self._stamp_ns, self._instant_ns = stamp_ns, instant_ns
-        estimate = self._estimate = self._report(stamp_ns, deflection if placed else None)
+        estimate = self._estimate = self._report(stamp_ns, math.nan if found & DEFLECTION_SPIKE else deflection)
         return estimate
 
     def coast(self, stamp_ns: int) -> Estimate | None:
@@ -129,7 +132,7 @@ class Estimator:
             float(tracker.force_monitor[0]), float(tracker.force_monitor[1]),
             float(tracker.deflection_monitor[0]), float(tracker.deflection_monitor[1]),
             float(tracker.force_monitor[2]), self._force_noise.std, self._deflection_noise.std, self._jerk.density,
-            self._fused, self._intake.dropped, self._force_rejected, self._deflection_rejected,
+            self._fused, self._dropped, self._force_rejected, self._deflection_rejected,
             self._health.force_repeated,
         )  # fmt: skip
 
@@ -141,22 +144,20 @@ class Estimator:
         self._force_noise = NoiseLevel(config.force_noise_std, 0.0, memory)
         self._deflection_noise = NoiseLevel(math.hypot(config.deflection_noise_std, quantisation), quantisation, memory)
         self._jerk = JerkDensity()
-        self._blocks = BlockAverage(rate)
-        self._spikes = SpikeGate(config.force_noise_std)
-        self._deflection_spikes = SpikeGate(self._deflection_noise.std)
+        self._samples.forget()
+        self._blind = False  # the encoder is not to be believed
         self._tracker = Tracker(config.initial, rate)
         self._learner = Learner(config.initial, rate)
         self._trust = Trust(rate)
         self._jump = Jump()
         self._inertia_known = False
-        self._samples = 1  # in the last block
+        self._averaged = 1  # samples in the last block
         self._estimate = None
         self._started = False
         self._has_fit = False
-        self._clock = SampleClock()
         self._stamp_ns = self._instant_ns = self._step_ns = self._epoch_ns = 0
         self._force = 0.0
-        self._far, self._astray = False, 0.0  # the last deflection from the prediction, and the square of it [m^2]
+        self._seen = np.zeros(2)  # of `assess`
         self._moved_ns = self._refreshed_ns = self._accepted_ns = 0
         self._audit_ns = self._audit_pause = AUDIT_FIRST
 
@@ -170,7 +171,7 @@ class Estimator:
         """One step of the filter at a block's mean stamp."""
         tracker = self._tracker
         dt = (block.stamp_ns - self._step_ns) * 1e-9
-        deflection_variance = (self._health.deflection_noise * self._deflection_noise.std) ** 2 / block.samples
+        deflection_variance = (self._samples.deflection_noise * self._deflection_noise.std) ** 2 / block.samples
         if dt > BRIDGED:
             self._resume(block, dt, deflection_variance)
         elif dt > 0.0:
@@ -184,8 +185,8 @@ class Estimator:
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
-        self._health.undamped = tracker.undamped
-        reset = self._trust.weigh(tracker, block.stamp_ns * 1e-9, block, self._health.blind)
+        self._samples.memory[UNDAMPED] = tracker.undamped
+        reset = self._trust.weigh(tracker, block.stamp_ns * 1e-9, block, self._blind)
         if reset is not Reset.NONE:
             self._count_reset(reset)
             if not tracker.knows:
@@ -197,10 +198,10 @@ class Estimator:
             self._take_force(block, dt, deflection_variance)
         else:
             self._force_noise.interrupt()
-        if block.stamp_ns - self._refreshed_ns >= REFRESH * 1e9 - 0.5 * self._blocks.period_ns:
+        if block.stamp_ns - self._refreshed_ns >= REFRESH * 1e9 - 0.5 * self._samples.period_ns:
             self._refreshed_ns = block.stamp_ns
             self._refresh(block)
-        self._samples = block.samples
+        self._averaged = block.samples
         self._inertia_known = inertia_known(tracker, self._force_noise.std)
 
     def _place(self, block: Block, deflection_variance: float) -> bool:
@@ -228,7 +229,7 @@ class Estimator:
             self._learner.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
         if not tracker.knows:
             return
-        force_variance = (self._health.force_noise * self._force_noise.std) ** 2 / block.forces
+        force_variance = (self._samples.force_noise * self._force_noise.std) ** 2 / block.forces
         if not tracker.correct_force(block.force, force_variance, deflection_variance, dt):
             self._force_rejected += 1
         if tracker.suspicious and self._trust.agrees:
@@ -251,7 +252,7 @@ class Estimator:
             return
         if not self._tracker.knows and not self._has_fit and block.forces:
             self._tracker.forget(block.force)
-        period = max(1.0 / self.config.filter_rate, self._blocks.period_ns * 1e-9)
+        period = max(1.0 / self.config.filter_rate, self._samples.period_ns * 1e-9)
         per_block = 1.0 / math.sqrt(block.samples)
         self._learner.begin(
             period, self._tracker.reference, self._force_noise.std * per_block,
@@ -259,10 +260,10 @@ class Estimator:
         )  # fmt: skip
 
     def _learn(self) -> None:
-        fit = self._learner.advance(self._blocks.period_ns * 1e-9)
+        fit = self._learner.advance(self._samples.period_ns * 1e-9)
         if fit is None:
             return
-        tracker, sure = self._tracker, self._learner.sure(fit, self._force_noise.std / math.sqrt(self._samples))
+        tracker, sure = self._tracker, self._learner.sure(fit, self._force_noise.std / math.sqrt(self._averaged))
         if tracker.knows:
             self._audit_pause = min(2 * self._audit_pause, AUDIT_MOST)
             self._audit_ns = self._step_ns + self._audit_pause
@@ -321,52 +322,31 @@ class Estimator:
         self._reset_count += 1
         self._reset_reason = reason
 
-    def _report(self, stamp_ns: int, deflection: float | None = None) -> Estimate:
-        """Estimate at the sample with this stamp, or so long after the last one, predicted from the last step.
-
-        Where two deflections in a row are far from the prediction nobody knows yet whether the rod is there.
-        """
-        instant_ns = self._instant_ns + stamp_ns - self._stamp_ns
-        ahead = min(max((instant_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
-        self._tracker.report(ahead, self._jerk.density, self._out)
-        (
-            x, x_variance, v, v_variance, a, a_variance, stiffness, ln_variance, damping, damping_variance,
-            inertia, inertia_variance, stiffness_damping, stiffness_inertia, damping_inertia, speed_limit,
-        ) = self._out.tolist()  # fmt: skip
-        now = self._tracker.appraisal
-        if deflection is not None:
-            apart = deflection - x
-            square = apart * apart
-            far = square > FAR * (x_variance + self._deflection_noise.std**2)
-            self._astray = square if far and self._far else 0.0
-            self._far = far
-        if self._astray:
-            x_variance += self._astray
-            ln_variance += now.k2 * now.k2 * self._astray
+    def _report(self, stamp_ns: int, deflection: float = math.nan) -> Estimate:
+        """Estimate at the sample with this stamp, or so long after the last one, predicted from the last step."""
+        tracker, health = self._tracker, self._health
+        silence_ns = stamp_ns - self._stamp_ns
         heard, stale = True, False
-        if stamp_ns > self._stamp_ns:
-            silence = (stamp_ns - self._stamp_ns) * 1e-9
+        if silence_ns > 0:
+            silence = silence_ns * 1e-9
             heard = silence < INVALID_TIME
-            stale = silence >= max(STALE_PERIODS * self._blocks.period_ns * 1e-9, STALE_TIME)
-        doubted, knows = bool(self._trust.reason), self._tracker.knows
-        complaining = doubted or bool(self._health.complaints(stamp_ns))
-        trusted = heard and not doubted and not self._health.blind
-        stiffness_valid = trusted and ln_variance < STIFFNESS**2
-        tolerance = DAMPING * max(abs(damping), 0.2 * now.d1)
-        damping_valid = (
-            trusted and knows and abs(v) < NEAR_MAXIMUM * speed_limit and damping_variance < tolerance * tolerance
-        )
+            stale = silence >= max(STALE_PERIODS * self._samples.period_ns * 1e-9, STALE_TIME)
+        ahead = min(max((self._instant_ns + silence_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
+        doubted, knows = self._trust.reason != "", tracker.knows
+        complaining = doubted or bool(health.complaints(stamp_ns))
+        trusted = heard and not doubted and not self._blind
+        now = tracker.appraisal
+        assessment = assess(
+            tracker.known, self._seen, tracker.reference, ahead, self._jerk.density, deflection,
+            self._deflection_noise.std**2, heard, trusted, knows, self._inertia_known,
+        )  # fmt: skip
         if stale:
             status = Status.STALE
         elif complaining and knows:
             status = Status.DEGRADED
         else:
-            status = Status.VALID if stiffness_valid else Status.CONVERGING
-        sensed = heard and not complaining
+            status = Status.VALID if assessment[STIFFNESS_VALID] else Status.CONVERGING
         return _TUPLE(Estimate, (  # past the many arguments of its __new__, at every sample
-            stamp_ns, self._force, self._force_noise.std**2, sensed, x, x_variance, heard, v, v_variance, heard,
-            a, a_variance, heard, stiffness, stiffness * stiffness * ln_variance, stiffness_valid,
-            damping, damping_variance, damping_valid, inertia, inertia_variance, trusted and self._inertia_known,
-            stiffness_damping, stiffness_inertia, damping_inertia, status, self._reset_count, self._reset_reason,
-            now.k2, now.k2_variance, now.d2, now.d2_variance, now.force_offset, now.coulomb_friction,
+            stamp_ns, self._force, self._force_noise.std**2, heard and not complaining, *assessment,
+            status, self._reset_count, self._reset_reason, *now[:COEFFICIENTS],
         ))  # fmt: skip

@@ -17,6 +17,7 @@ HIGH, LOW, SPEED_SQUARE, ACCELERATION_SQUARE, BEYOND, STOOD, WEIGHT, X, A, XX, X
 
 # What `appraise` finds: variances of k2, d2 and M, the force that moves M [N], and the doubts of `filter.report`.
 K2_VARIANCE, D2_VARIANCE, INERTIA_VARIANCE, INERTIAL_FORCE, DOUBTS = range(5)
+FINDINGS = 8
 
 
 def no_motion() -> Array:
@@ -53,7 +54,7 @@ def remember(motion: Array, z: Array, p: Array, reference: float, dt: float) -> 
 
 @compiled
 def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_std: float, out: Array) -> None:
-    """What is known of the coefficients beyond the covariance into out (8).
+    """What is known of the coefficients beyond the covariance into out (FINDINGS).
 
     A speed that errs in phase with itself pulls the cubic damper, an acceleration that does the mass; a mass hides in
     the spring where the motion is one tone. `force_variance` [N^2] of the last force, `inertia_std` [kg] at the start.

@@ -8,9 +8,9 @@ filtered rate. The kick is allowed for in the noise, and named in `reason` where
 import math
 
 import numpy as np
-from vsa_estimator.blocks import Block, BlockAverage
+from vsa_estimator import blocks, intake
+from vsa_estimator.blocks import Block
 from vsa_estimator.force_rate_filter import SIZE, Array, ForceRateFilter, OffsetFilter, R
-from vsa_estimator.intake import Intake, Verdict
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.rate_filter import RATE_FILTER, RateFilter
 from vsa_estimator.settings import EstimatorConfig
@@ -35,23 +35,28 @@ class ForceRateEstimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Ready for the first sample."""
         self.config = config
-        self._intake = Intake(10.0 * config.force_limit, 10.0 * config.deflection_limit)
+        self._bounds = 10.0 * np.array([config.force_limit, config.deflection_limit])
+        self._judged = np.zeros(intake.STAMPS, dtype=np.int64)
+        self._dropped = 0
         self._reset_count, self._reset_reason = 0, Reset.NONE
         self._fused = self._stamp_ns = 0
         self._begin()
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted."""
-        verdict = self._intake.judge(stamp_ns, force, deflection)
-        if verdict is Verdict.DROP:
+        verdict = intake.judge(self._bounds, self._judged, stamp_ns, force, deflection)
+        if verdict == intake.DROP:
+            self._dropped += 1
             return None
-        if verdict is Verdict.JUMP:
+        if verdict == intake.JUMP:
             self.reset(Reset.TIME_JUMP)
+            return self.add(stamp_ns, force, deflection)
         if self._filter is not None and stamp_ns - self._stamp_ns > GAP * 1e9:
             self.reset(Reset.GAP)
         if self._filter is None:
             self._start(stamp_ns, force, deflection)
-        for block in self._blocks.add(stamp_ns, deflection, force):
+        finished = blocks.collect(self._means, self._stamps, stamp_ns, deflection, force, True, True)
+        for block in blocks.finished_blocks(self._means, self._stamps, finished):
             self._step(block)
         self._fused += 1
         self._force, self._stamp_ns = force, stamp_ns
@@ -101,7 +106,7 @@ class ForceRateEstimator:
             tuple(cov.ravel().tolist()), lines,
             self._innovation, self._innovation_variance, 0.0, self._deflection_std(1) ** 2,
             nis, self.config.force_noise_std, self._deflection_std(1),
-            self._jerk.density, self._fused, self._intake.dropped,
+            self._jerk.density, self._fused, self._dropped,
             rejected[1], rejected[0], 0,
         )  # fmt: skip
 
@@ -113,7 +118,8 @@ class ForceRateEstimator:
         )
         self._rate = RateFilter()
         self._jerk = JerkDensity()
-        self._blocks = BlockAverage(self.config.filter_rate)
+        self._means = blocks.no_samples(self.config.filter_rate)
+        self._stamps = np.zeros(blocks.STAMPS, dtype=np.int64)
         self._stamp_ns = 0
         self._step_ns = self._refreshed_ns = self._offset_ns = 0
         self._reversed_ns, self._direction = 0, 0.0

@@ -64,6 +64,11 @@ class Learner:
             reference, force_noise_std, deflection_noise_std, audit,
         )  # fmt: skip
 
+    @property
+    def works(self) -> bool:
+        """Whether a start is at work."""
+        return self._work is not None
+
     def advance(self, period: float) -> Fit | None:
         """As many slices as are due `period` [s] after the last call; the fit where one was the last."""
         if self._work is None:

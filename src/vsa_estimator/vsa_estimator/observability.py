@@ -3,17 +3,15 @@
 from typing import NamedTuple
 
 import numpy as np
+from vsa_estimator.assessment import DAMPING, NEAR_MAXIMUM, STIFFNESS
 from vsa_estimator.filter import LEAST_STROKE
 from vsa_estimator.model import Z, maximum_speed
 from vsa_estimator.tracker import Tracker
 
-STIFFNESS = 0.1  # greatest relative standard deviation of a valid stiffness
-DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D vanishes
 K2 = 0.05
 CUBIC = 0.25  # of a valid d2
 INERTIA = 0.2
 CLEAR_FORCE = 3.0  # standard deviations of the force noise that it takes to move a valid inertia
-NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
 
 
 class Known(NamedTuple):

@@ -7,6 +7,7 @@ the true instants, and over no others.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
@@ -43,8 +44,17 @@ OFF_PACE, LOSSY = 13, 14  # shares: of samples; of the times behind, those by lo
 COUNT, OF, EARLY, WRONG, DELAY = range(15, 20)  # of the samples that correct the pace; DELAY of either half
 STEPS = 21  # from here on, while the period is not known
 
+# What `instant` remembers in whole numbers [ns].
+ORIGIN, LAST_INSTANT = range(2)
+STAMPS = 2
+
 # What `weigh` remembers: leaky sums of samples, of what the pace explains better, of its square; and who has proven it.
 WORTH_OF, GAIN, SQUARES, PROVEN = range(4)
+
+
+def no_instant() -> Array:
+    """What `believed` remembers before the first stamp."""
+    return np.concatenate([np.zeros(10), no_pace()])
 
 
 def no_pace() -> Array:
@@ -245,23 +255,18 @@ def believed(memory: Array, stamp_ns: int, deflection: float) -> int:
     return round(instant_ns) if weigh(memory[:4], gain, memory[10 + RETURNED]) else stamp_ns
 
 
-class SampleClock:
-    """Instants of samples: their stamps, or the pace behind them where the motion bears it out."""
+@compiled
+def instant(memory: Array, stamps: NDArray[np.int64], stamp_ns: int, deflection: float) -> int:
+    """Instant [ns] of a sample of deflection [m]; strictly increasing as the stamps do.
 
-    def __init__(self) -> None:
-        """Stamps are believed at first."""
-        self._memory = np.concatenate([np.zeros(10), no_pace()])
-        self._origin_ns = self._instant_ns = 0
-
-    def add(self, stamp_ns: int, deflection: float) -> int:
-        """Instant [ns] of a sample of deflection [m]; strictly increasing as the stamps do."""
-        if not self._origin_ns:
-            self._origin_ns = stamp_ns
-        last_ns = self._instant_ns
-        instant_ns = self._origin_ns + believed(self._memory, stamp_ns - self._origin_ns, deflection)
-        if stamp_ns <= last_ns:
-            instant_ns = stamp_ns
-        elif instant_ns <= last_ns:
-            instant_ns = last_ns + 1
-        self._instant_ns = instant_ns
-        return instant_ns
+    memory: of `believed`; stamps: the first one, the last instant.
+    """
+    if not stamps[ORIGIN]:
+        stamps[ORIGIN] = stamp_ns
+    found = stamps[ORIGIN] + believed(memory, stamp_ns - stamps[ORIGIN], deflection)
+    if stamp_ns <= stamps[LAST_INSTANT]:
+        found = stamp_ns
+    elif found <= stamps[LAST_INSTANT]:
+        found = stamps[LAST_INSTANT] + 1
+    stamps[LAST_INSTANT] = found
+    return int(found)

@@ -29,6 +29,9 @@ FEWEST = 12
 
 FORCE_REPEATED, FORCE_STUCK, ENCODER_QUIET, ENCODER_STUCK, ENCODER_FROZEN = 1, 2, 4, 8, 16
 FORCE_NOISY, ENCODER_NOISY, BURST, FORCE_SATURATED, DEFLECTION_SATURATED, DEAFENING = 32, 64, 128, 256, 512, 1024
+BLINDED = 2048  # the encoder is not to be believed
+BLINDING = ENCODER_FROZEN | ENCODER_STUCK | DEFLECTION_SATURATED | DEAFENING | BURST
+BURST_NS = 50e6  # nor for so long after a burst of samples
 
 # What is usual of the sensors, in the array that `examine` takes.
 FORCE_STD, DEFLECTION_STD = 0, 1  # of the white noise [N, m]
@@ -39,8 +42,9 @@ LIMITS = 8
 
 
 def nothing_seen() -> Array:
-    """Memory of `examine` before the first sample: of both constancies, both noises, the pace, and both ratios."""
-    return np.concatenate([no_value(), no_value(), no_noise(), no_noise(), np.zeros(4), np.ones(2)])
+    """Memory of `examine` before the first sample: of both constancies, both noises, the pace; until when the encoder
+    is not to be believed [ns], and the noises of force and deflection, 1 for usual."""
+    return np.concatenate([no_value(), no_value(), no_noise(), no_noise(), np.zeros(4), [0.0, 1.0, 1.0]])
 
 
 def no_value() -> Array:
@@ -129,7 +133,7 @@ def burst(memory: Array, stamp_ns: int) -> bool:
 
 @compiled
 def examine(memory: Array, limits: Array, stamp_ns: int, force: float, deflection: float, undamped: bool) -> int:
-    """Signs that one raw sample shows, added up; memory[-2:] are the noises of force and deflection, 1 for usual."""
+    """Signs that one raw sample shows, added up."""
     forces, places, signs = memory[0:8], memory[8:16], 0
     if constancy(forces, stamp_ns, force, deflection):
         signs |= FORCE_REPEATED
@@ -153,8 +157,11 @@ def examine(memory: Array, limits: Array, stamp_ns: int, force: float, deflectio
         signs |= DEAFENING
     if burst(memory[32:36], stamp_ns):
         signs |= BURST
+        memory[-3] = stamp_ns + BURST_NS
     if abs(force) >= limits[FORCE_LIMIT]:
         signs |= FORCE_SATURATED
     if abs(deflection) >= limits[DEFLECTION_LIMIT]:
         signs |= DEFLECTION_SATURATED
+    if signs & BLINDING or stamp_ns < memory[-3]:
+        signs |= BLINDED
     return signs

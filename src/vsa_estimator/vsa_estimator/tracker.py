@@ -2,9 +2,10 @@
 
 import math
 from collections import deque
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from vsa_estimator.assessment import COVARIANCE, FOUND, KNOWN, PULL
 from vsa_estimator.excitation import (
     ACCELERATION_SQUARE,
     DOUBTS,
@@ -23,7 +24,6 @@ from vsa_estimator.filter import (
     correct_deflection,
     correct_force,
     predict,
-    report,
 )
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
@@ -42,14 +42,12 @@ class Appraisal(NamedTuple):
 
     k2: float
     k2_variance: float  # with what the mass might hide
-    d1: float
     d2: float
     d2_variance: float  # with what noise of the speed does to it
-    inertia_variance: float  # with an error of the acceleration that keeps its phase
-    inertial_force: float  # root mean square of what moves the mass [N]
     force_offset: float
     coulomb_friction: float
-    doubts: Array  # beyond the covariance, as filter.report takes them
+    inertia_variance: float  # with an error of the acceleration that keeps its phase
+    inertial_force: float  # root mean square of what moves the mass [N]
 
 
 class Tracker:
@@ -59,9 +57,8 @@ class Tracker:
         """Wide start values; `rate` of the filter [Hz]."""
         self._initial = initial
         self._rate = rate
-        self.z = np.zeros(SIZE)
-        self.p = np.zeros((SIZE, SIZE))
-        self.pull = np.zeros(SIZE)  # systematic error by the friction's unknown form, one standard deviation
+        self.known = np.zeros(KNOWN)  # as `assess` takes it
+        self._divide()
         self.reference = 0.0
         self.knows = False
         self.deflection_monitor = np.array([0.0, 1.0])
@@ -71,6 +68,17 @@ class Tracker:
         self._motion = no_motion()
         self._appraisal: Appraisal | None = None
         self._force_variance = math.inf  # of the last force's noise [N^2]
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """A copy has its own parts of its own array."""
+        self.__dict__.update(state)
+        self._divide()
+
+    def _divide(self) -> None:
+        self.z = self.known[:PULL]
+        self.pull = self.known[PULL:COVARIANCE]  # systematic error by the friction's unknown form, one deviation
+        self.p = self.known[COVARIANCE:FOUND].reshape(SIZE, SIZE)
+        self._found = self.known[FOUND:]
 
     @property
     def speed(self) -> float:
@@ -225,10 +233,6 @@ class Tracker:
         z[Z.X] = deflection
         return float(force(z, self.reference, COULOMB_SPEED, np.zeros(SIZE), np.zeros((SIZE, SIZE))))
 
-    def report(self, ahead: float, jerk_density: float, out: Array) -> None:
-        """Impedance `ahead` seconds from the last step into out, as filter.report orders it."""
-        report(self.z, self.p, self.pull, self.reference, ahead, jerk_density, self.appraisal.doubts, out)
-
     @property
     def appraisal(self) -> Appraisal:
         """What the last step says of the coefficients."""
@@ -237,14 +241,12 @@ class Tracker:
         return self._appraisal
 
     def _appraise(self) -> Appraisal:
-        found = np.empty(8)
-        appraise(self._motion, self.z, self.p, self._force_variance, self._initial.inertia_std, found)
-        k2_variance, d2_variance, inertia_variance, inertial_force = found[:DOUBTS].tolist()
-        _, k2, d1, d2, _, force_offset, coulomb_friction = self.z[3:].tolist()
+        appraise(self._motion, self.z, self.p, self._force_variance, self._initial.inertia_std, self._found)
+        k2_variance, d2_variance, inertia_variance, inertial_force = self._found[:DOUBTS].tolist()
+        _, k2, _, d2, _, force_offset, coulomb_friction = self.z[3:].tolist()
         return Appraisal(
-            k2, k2_variance, d1, d2, d2_variance, inertia_variance, inertial_force, force_offset, coulomb_friction,
-            found[DOUBTS:],
-        )  # fmt: skip
+            k2, k2_variance, d2, d2_variance, force_offset, coulomb_friction, inertia_variance, inertial_force
+        )
 
     def _watch(self, nis: float) -> None:
         nis = min(nis, LOUD)

@@ -1,11 +1,11 @@
 """Compile ahead of the first sample what is compiled."""
 
 import numpy as np
+from vsa_estimator.assessment import assess
 from vsa_estimator.blocks import Block
-from vsa_estimator.health import Health
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.rows import BAND, whiten
-from vsa_estimator.sample_clock import SampleClock
+from vsa_estimator.samples import Samples, take
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.trust import Trust
@@ -21,11 +21,11 @@ def warm_up() -> None:
         tracker.predict(0.01, 1e-3)
         tracker.correct_deflection(0.01, 1e-10)
         tracker.correct_force(30.0, 1e-4, 1e-10, 0.01)
-    tracker.report(0.001, 1e-3, np.zeros(16))
+    found = tracker.appraisal
+    assess(tracker.known, np.zeros(2), 0.01, 0.001, 1e-3, 0.01, 1e-10, True, True, True, found.inertial_force > 0.0)
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
-    trust, jerk, health, clock = Trust(100.0), JerkDensity(), Health(EstimatorConfig()), SampleClock()
+    trust, jerk, samples = Trust(100.0), JerkDensity(), Samples(EstimatorConfig())
     for stamp_ns in range(0, 10**9, 10**7):
         trust.weigh(tracker, 1e-9 * stamp_ns, Block(stamp_ns, 0.01, 30.0, 1, 1), False)
         jerk.add(0.01, 1e-10, 0.01)
-        health.observe(stamp_ns, 30.0, 0.01)
-        clock.add(stamp_ns, 0.01)
+        take(samples.memory, samples.stamps, stamp_ns, 30.0, 0.01)
