@@ -2,18 +2,16 @@
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_estimator.excitation import DOUBTS, FINDINGS
+from vsa_estimator.excitation import DOUBTS
 from vsa_estimator.filter import report
 from vsa_estimator.model import SIZE, Array
+from vsa_estimator.steps import COVARIANCE, FOUND, PULL
 
 STIFFNESS = 0.1  # greatest relative standard deviation of a valid stiffness
 DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D vanishes
 NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
 FAR = 16.0  # squared standard deviations
-
-# Where in one array, so that a call takes few: state, systematic error, covariance, findings of `appraise`.
-PULL, COVARIANCE, FOUND = SIZE, 2 * SIZE, 2 * SIZE + SIZE * SIZE
-KNOWN = FOUND + FINDINGS
+BRIDGED = 0.25  # silence up to this long is predicted across [s]
 
 IS_FAR, ASTRAY = range(2)  # whether the last deflection was far from the prediction; the square of that [m^2]
 
@@ -36,7 +34,7 @@ def assess(
     z, pull, found = known[:PULL], known[PULL:COVARIANCE], known[FOUND:]
     p = known[COVARIANCE:FOUND].reshape((SIZE, SIZE))
     out = np.empty(16)
-    report(z, p, pull, reference, ahead, jerk_density, found[DOUBTS:], out)
+    report(z, p, pull, reference, min(max(ahead, 0.0), BRIDGED), jerk_density, found[DOUBTS:], out)
     place_variance, ln_variance, damping, damping_variance = out[1], out[7], out[8], out[9]
     if not np.isnan(deflection):
         apart = deflection - out[0]

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 from vsa_estimator import signs
-from vsa_estimator.assessment import assess
+from vsa_estimator.assessment import BRIDGED, assess
 from vsa_estimator.blocks import Block
 from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.health import Health
@@ -27,7 +27,6 @@ from vsa_estimator.warm_up import warm_up
 
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
 NOISE_MEMORY = 9.0  # [s]
-BRIDGED = 0.25  # silence up to this long is predicted across [s]
 COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
 MOVED = "looking whether the rod moved or the encoder jumped"
@@ -84,7 +83,9 @@ class Estimator:
         self._fused += 1
         self._force = force
         self._stamp_ns, self._instant_ns = stamp_ns, instant_ns
-        estimate = self._estimate = self._report(stamp_ns, math.nan if found & DEFLECTION_SPIKE else deflection)
+        if found & DEFLECTION_SPIKE:
+            deflection = math.nan
+        estimate = self._estimate = self._report(stamp_ns, deflection, True, False)
         return estimate
 
     def coast(self, stamp_ns: int) -> Estimate | None:
@@ -92,7 +93,9 @@ class Estimator:
         last = self._estimate
         if last is None or stamp_ns <= self._stamp_ns:
             return None
-        now = self._report(stamp_ns)
+        silence = (stamp_ns - self._stamp_ns) * 1e-9
+        stale = silence >= max(STALE_PERIODS * self._samples.period_ns * 1e-9, STALE_TIME)
+        now = self._report(stamp_ns, math.nan, silence < INVALID_TIME, stale)
         shrunk = max(1.0, last.stiffness / max(now.stiffness, 1e-9))  # its variance grows, even where a spring slackens
         return now._replace(stiffness_variance=now.stiffness_variance * shrunk * shrunk)
 
@@ -322,23 +325,17 @@ class Estimator:
         self._reset_count += 1
         self._reset_reason = reason
 
-    def _report(self, stamp_ns: int, deflection: float = math.nan) -> Estimate:
+    def _report(self, stamp_ns: int, deflection: float, heard: bool, stale: bool) -> Estimate:
         """Estimate at the sample with this stamp, or so long after the last one, predicted from the last step."""
-        tracker, health = self._tracker, self._health
-        silence_ns = stamp_ns - self._stamp_ns
-        heard, stale = True, False
-        if silence_ns > 0:
-            silence = silence_ns * 1e-9
-            heard = silence < INVALID_TIME
-            stale = silence >= max(STALE_PERIODS * self._samples.period_ns * 1e-9, STALE_TIME)
-        ahead = min(max((self._instant_ns + silence_ns - self._step_ns) * 1e-9, 0.0), BRIDGED)
+        tracker, force_noise, deflection_noise = self._tracker, self._force_noise.std, self._deflection_noise.std
+        ahead = (self._instant_ns - self._step_ns + stamp_ns - self._stamp_ns) * 1e-9
         doubted, knows = self._trust.reason != "", tracker.knows
-        complaining = doubted or bool(health.complaints(stamp_ns))
-        trusted = heard and not doubted and not self._blind
+        complaining = doubted or self._health.complains(stamp_ns)
         now = tracker.appraisal
         assessment = assess(
             tracker.known, self._seen, tracker.reference, ahead, self._jerk.density, deflection,
-            self._deflection_noise.std**2, heard, trusted, knows, self._inertia_known,
+            deflection_noise * deflection_noise, heard, heard and not (doubted or self._blind), knows,
+            self._inertia_known,
         )  # fmt: skip
         if stale:
             status = Status.STALE
@@ -347,6 +344,6 @@ class Estimator:
         else:
             status = Status.VALID if assessment[STIFFNESS_VALID] else Status.CONVERGING
         return _TUPLE(Estimate, (  # past the many arguments of its __new__, at every sample
-            stamp_ns, self._force, self._force_noise.std**2, heard and not complaining, *assessment,
+            stamp_ns, self._force, force_noise * force_noise, heard and not complaining, *assessment,
             status, self._reset_count, self._reset_reason, *now[:COEFFICIENTS],
         ))  # fmt: skip

@@ -39,8 +39,10 @@ class Health:
         """Say `text` from now on for a while."""
         self._complaints[text] = stamp_ns + int(COMPLAINT_TIME * 1e9)
 
+    def complains(self, stamp_ns: int) -> bool:
+        """Whether a complaint stands at an instant."""
+        return bool(self._complaints) and max(self._complaints.values()) > stamp_ns
+
     def complaints(self, stamp_ns: int) -> list[str]:
         """Complaints that stand at an instant."""
-        if not self._complaints:
-            return []
         return [text for text, until_ns in self._complaints.items() if stamp_ns < until_ns]

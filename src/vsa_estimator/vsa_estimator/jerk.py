@@ -19,34 +19,33 @@ _LOUD = 16.0  # normalised innovation squared from which a sample says no more a
 @compiled
 def advance(bank: Array, density: Array, likelihood: Array, measured: float, noise_variance: float, dt: float) -> None:
     """One step of all filters; bank rows are x, v, a and the six covariances; log likelihoods add up."""
-    x, v, a = bank[0], bank[1], bank[2]
-    pxx, pxv, pxa, pvv, pva, paa = bank[3], bank[4], bank[5], bank[6], bank[7], bank[8]
     half = 0.5 * dt * dt
-    x += dt * v + half * a
-    v += dt * a
-    sva = pva + dt * paa
-    svv = pvv + dt * (pva + sva) + density * (dt**3 / 3.0)
-    sxa = pxa + dt * pva + half * paa
-    sxv = pxv + dt * pvv + half * pva + dt * sxa + density * (dt**4 / 8.0)
-    pxx += 2.0 * dt * pxv + dt * dt * pvv + half * (2.0 * pxa + 2.0 * dt * pva + half * paa) + density * (dt**5 / 20.0)
-    sxa += density * (dt**3 / 6.0)
-    sva += density * (dt * dt / 2.0)
-    paa += density * dt
-    variance = pxx + noise_variance
-    innovation = measured - x
-    likelihood -= 0.5 * (np.log(variance) + np.minimum(innovation * innovation / variance, _LOUD))
-    gx = pxx / variance
-    gv = sxv / variance
-    ga = sxa / variance
-    x += gx * innovation
-    v += gv * innovation
-    a += ga * innovation
-    paa -= ga * sxa
-    pva[:] = sva - gv * sxa
-    pvv[:] = svv - gv * sxv
-    pxa[:] = sxa - gx * sxa
-    pxv[:] = sxv - gx * sxv
-    pxx -= gx * pxx
+    for i in range(density.size):
+        x, v, a, pxx, pxv, pxa, pvv, pva, paa = bank[:, i]
+        q = density[i]
+        x += dt * v + half * a
+        v += dt * a
+        sva = pva + dt * paa
+        svv = pvv + dt * (pva + sva) + q * (dt**3 / 3.0)
+        sxa = pxa + dt * pva + half * paa
+        sxv = pxv + dt * pvv + half * pva + dt * sxa + q * (dt**4 / 8.0)
+        pxx += 2.0 * dt * pxv + dt * dt * pvv + half * (2.0 * pxa + 2.0 * dt * pva + half * paa) + q * (dt**5 / 20.0)
+        sxa += q * (dt**3 / 6.0)
+        sva += q * (dt * dt / 2.0)
+        paa += q * dt
+        variance = pxx + noise_variance
+        innovation = measured - x
+        likelihood[i] -= 0.5 * (np.log(variance) + min(innovation * innovation / variance, _LOUD))
+        gx, gv, ga = pxx / variance, sxv / variance, sxa / variance
+        bank[0, i] = x + gx * innovation
+        bank[1, i] = v + gv * innovation
+        bank[2, i] = a + ga * innovation
+        bank[3, i] = pxx - gx * pxx
+        bank[4, i] = sxv - gx * sxv
+        bank[5, i] = sxa - gx * sxa
+        bank[6, i] = svv - gv * sxv
+        bank[7, i] = sva - gv * sxa
+        bank[8, i] = paa - ga * sxa
 
 
 class JerkDensity:

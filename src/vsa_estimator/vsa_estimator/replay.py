@@ -45,11 +45,8 @@ def replay(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[d
     chunks, used = [], np.zeros(len(recording), dtype=bool)
     for first in range(0, len(recording), CHUNK):
         part = slice(first, first + CHUNK)
-        samples = zip(
-            recording.stamp_ns[part].tolist(), recording.force[part].tolist(), recording.deflection[part].tolist(),
-            strict=True,
-        )  # fmt: skip
-        estimates = [estimator.add(*sample) for sample in samples]
+        samples = recording.stamp_ns[part], recording.force[part], recording.deflection[part]
+        estimates = list(map(estimator.add, *(column.tolist() for column in samples)))
         used[part] = [estimate is not None for estimate in estimates]
         picked = chain.from_iterable(map(pick, filter(None, estimates)))
         chunks.append(np.fromiter(picked, dtype=float).reshape(-1, len(FIELDS)))

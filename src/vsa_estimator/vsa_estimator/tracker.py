@@ -5,28 +5,11 @@ from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
-from vsa_estimator.assessment import COVARIANCE, FOUND, KNOWN, PULL
-from vsa_estimator.excitation import (
-    ACCELERATION_SQUARE,
-    DOUBTS,
-    HIGH,
-    LOW,
-    NEAR_KINK,
-    appraise,
-    no_motion,
-    remember,
-    rests,
-)
-from vsa_estimator.filter import (
-    LEAST_STROKE,
-    age,
-    carry,
-    correct_deflection,
-    correct_force,
-    predict,
-)
+from vsa_estimator.excitation import ACCELERATION_SQUARE, DOUBTS, HIGH, LOW, NEAR_KINK, appraise, no_motion
+from vsa_estimator.filter import LEAST_STROKE
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
+from vsa_estimator.steps import COVARIANCE, FOUND, KNOWN, PULL, REJECTED, RESTS, advance, take_deflection, take_force
 
 START_SPEED_STD = 2e-3  # [m/s]
 START_ACCELERATION_STD = 5e-3  # [m/s^2]
@@ -57,7 +40,7 @@ class Tracker:
         """Wide start values; `rate` of the filter [Hz]."""
         self._initial = initial
         self._rate = rate
-        self.known = np.zeros(KNOWN)  # as `assess` takes it
+        self.known = np.zeros(KNOWN)  # as the steps take it
         self._divide()
         self.reference = 0.0
         self.knows = False
@@ -186,8 +169,7 @@ class Tracker:
     def predict(self, dt: float, jerk_density: float) -> None:
         """Carry on by dt [s]."""
         self._appraisal = None
-        predict(self.z, self.p, dt, jerk_density)
-        carry(self.pull, dt)
+        advance(self.known, dt, jerk_density)
 
     def set_off(self, offset: float, duration: float) -> None:
         """The rod has left its way by `offset` [m] within `duration` [s]: by an acceleration that nobody foresaw."""
@@ -198,28 +180,21 @@ class Tracker:
     def correct_deflection(self, measured: float, variance: float) -> bool:
         """Take a deflection in; False where the gate rejects it."""
         self._appraisal = None
-        return bool(
-            correct_deflection(self.z, self.p, measured, variance, self.stroke, self.deflection_monitor, self.pull)
-        )
+        return bool(take_deflection(self.known, self._motion, self.deflection_monitor, measured, variance))
 
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
         self._appraisal = None
-        if rests(self._motion, self.z, self.p, dt):
+        found = take_force(
+            self.known, self._motion, self.force_monitor, self.reference, measured, variance, deflection_variance, dt
+        )
+        if found == RESTS:
             return True
         self._force_variance = variance
-        age(self.p, dt)
-        remember(self._motion, self.z, self.p, self.reference, dt)
-        taken = bool(
-            correct_force(
-                self.z, self.p, self.reference, measured, variance, deflection_variance, dt, self.stroke,
-                self.force_monitor, self.pull,
-            )
-        )  # fmt: skip
         _, v, _, _, _, d1, d2, *_ = self.z.tolist()
         if abs(v) < FAST * math.sqrt(d1 / max(-3.0 * d2, 1e-6)):
             self._watch(float(self.force_monitor[2]))
-        return taken
+        return bool(found != REJECTED)
 
     @property
     def suspicious(self) -> bool:

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_estimator.model import COULOMB_SPEED, Array, maximum_speed
+from vsa_estimator.model import COULOMB_SPEED, Array, ln_stiffness, maximum_speed
 
 WINDOWS = (0.12, 0.5, 3.0)  # means of the residual force are taken over these [s]
 DECIDES = 1  # which of them says that all is well again
+LEAST_ROWS = 5
 PERIOD = 0.05  # between two looks [s]
 BASE = 0.1  # a speed is a difference over so long [s]
 LIMIT = 6.0  # times the usual size of a mean
@@ -199,17 +200,15 @@ class Witness:
         return abs(mean) / (LIMIT * math.hypot(math.sqrt(self._usual[index]), self._doubtful))
 
     def _look(self) -> None:
-        time, residual, _, moving, motion, fresh = self._residuals()
-        friction = STICTION * float(self._kept[0].mean[6])
-        for index, window in enumerate(WINDOWS):
-            first, mean = mean_residual(time, residual, moving, fresh, friction, window)
-            self._means[index] = mean if first >= 0 else None
-            if index == DECIDES:
-                self._doubtful = doubt(*self._kept[0], motion, first) if first >= 0 else 0.0
+        found = np.array([math.nan] * len(WINDOWS) + [0.0])
+        if self._rows.view.shape[1] >= LEAST_ROWS:
+            look(self._rows.view, *self._kept[0], found)
+        *means, self._doubtful = found.tolist()
+        self._means = [None if math.isnan(mean) else mean for mean in means]
 
     def _residuals(self) -> tuple[Array, Array, Array, NDArray[np.bool_], Array, Array]:
         """`residuals` of the last seconds; empty where there is nothing to compare."""
-        if self.kept is None or self._rows.view.shape[1] < 5:
+        if self.kept is None or self._rows.view.shape[1] < LEAST_ROWS:
             nothing = np.zeros(0)
             return nothing, nothing, nothing, nothing.astype(bool), np.zeros((3, 0)), nothing
         return residuals(self._rows.view, self.kept.mean, self.kept.reference)
@@ -226,28 +225,30 @@ def residuals(
     """
     time, deflection, force = rows[0], rows[1], rows[2]
     half = max(1, round(0.5 * BASE * (time.size - 1) / (time[-1] - time[0])))
-    count = max(0, time.size - 2 * half)
-    span = time[2 * half :] - time[:count]
-    before, middle, after = deflection[:count], deflection[half : half + count], deflection[2 * half :]
-    v = (after - before) / span
-    a = 4.0 * (after - 2.0 * middle + before) / span**2
-    around = half // 2
-    x = np.zeros(count)
-    for shift in range(-around, around + 1):
-        x += deflection[half + shift : half + shift + count]
-    x /= 2 * around + 1
-
+    around, count = half // 2, max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
-    sigma = np.exp(np.minimum(np.maximum(s + k2 * (x - reference), -20.0), 25.0))
     speed = maximum_speed(d1, d2)
-    c = np.minimum(np.maximum(v, -speed), speed)
-    friction = coulomb * np.tanh(v / COULOMB_SPEED)
-    residual = force[half : half + count] - (sigma / k2 + d1 * c + d2 * c**3 + mass * a + offset + friction)
-
-    blur = 0.25 * BASE * np.abs(a)
-    brisk = (np.abs(v) + blur >= FAST * speed) | (blur * d1 > BLURRED)
-    good = np.isfinite(residual) & (span < 2.0 * BASE)
-    fresh = time[half : half + count][good]
+    motion, residual, sigma = np.empty((3, count)), np.empty(count), np.empty(count)
+    good, brisk, moving = np.empty(count, np.bool_), np.empty(count, np.bool_), np.empty(count, np.bool_)
+    for i in range(count):
+        span = time[i + 2 * half] - time[i]
+        v = (deflection[i + 2 * half] - deflection[i]) / span
+        a = 4.0 * (deflection[i + 2 * half] - 2.0 * deflection[i + half] + deflection[i]) / span**2
+        x = 0.0
+        for near in range(i + half - around, i + half + around + 1):
+            x += deflection[near]
+        x /= 2 * around + 1
+        sigma[i] = np.exp(ln_stiffness(s, k2, x - reference))
+        c = min(max(v, -speed), speed)
+        friction = coulomb * np.tanh(v / COULOMB_SPEED)
+        residual[i] = force[i + half] - (sigma[i] / k2 + d1 * c + d2 * c**3 + mass * a + offset + friction)
+        blur = 0.25 * BASE * abs(a)
+        brisk[i] = abs(v) + blur >= FAST * speed or blur * d1 > BLURRED
+        good[i] = np.isfinite(residual[i]) and span < 2.0 * BASE
+        moving[i] = abs(v) > SLOW
+        motion[0, i], motion[1, i], motion[2, i] = x, v, a
+    time = time[half : half + count]
+    fresh = time[good]
     until = -1  # brisk tells of what comes before and after it, too
     for i in range(count):
         if brisk[i]:
@@ -255,8 +256,7 @@ def residuals(
             until = i + 2 * half
         if i <= until:
             good[i] = False
-    time, moving = time[half : half + count], np.abs(v) > SLOW
-    return time[good], residual[good], sigma[good], moving[good], np.stack((x[good], v[good], a[good])), fresh
+    return time[good], residual[good], sigma[good], moving[good], motion[:, good], fresh
 
 
 @compiled
@@ -288,7 +288,7 @@ def doubt(mean: Array, covariance: Array, reference: float, motion: Array, first
     for i in range(first, motion.shape[1]):
         x, v, a = motion[:, i]
         dx = x - reference
-        spring = np.exp(min(max(mean[0] + mean[1] * dx, -20.0), 25.0)) / mean[1]
+        spring = np.exp(ln_stiffness(mean[0], mean[1], dx)) / mean[1]
         gradient[0] += spring
         gradient[1] += spring * (dx - 1.0 / mean[1])
         gradient[2] += v
@@ -298,6 +298,19 @@ def doubt(mean: Array, covariance: Array, reference: float, motion: Array, first
         gradient[6] += np.tanh(v / COULOMB_SPEED)
     gradient /= motion.shape[1] - first
     return float(np.sqrt(max(float(gradient @ covariance @ gradient), 0.0)))
+
+
+@compiled
+def look(rows: Array, mean: Array, covariance: Array, reference: float, found: Array) -> None:
+    """Mean residual force of each of WINDOWS [N], as it is where it tells something, and `doubt` of DECIDES."""
+    time, residual, _, moving, motion, fresh = residuals(rows, mean, reference)
+    friction = STICTION * mean[6]
+    for index in range(len(WINDOWS)):
+        first, average = mean_residual(time, residual, moving, fresh, friction, WINDOWS[index])
+        if first >= 0:
+            found[index] = average
+            if index == DECIDES:
+                found[len(WINDOWS)] = doubt(mean, covariance, reference, motion, first)
 
 
 def _ripple(values: Array, width: int) -> float:

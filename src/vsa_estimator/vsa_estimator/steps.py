@@ -1,0 +1,42 @@
+"""Steps of the filter over what it knows, in one array: prediction, deflection, force."""
+
+from vsa_common.accel import compiled
+from vsa_estimator.excitation import FINDINGS, HIGH, LOW, remember, rests
+from vsa_estimator.filter import age, carry, correct_deflection, correct_force, predict
+from vsa_estimator.model import SIZE, Array
+
+# Where in that array, so that a call takes few: state, systematic error, covariance, findings of `appraise`.
+PULL, COVARIANCE, FOUND = SIZE, 2 * SIZE, 2 * SIZE + SIZE * SIZE
+KNOWN = FOUND + FINDINGS
+
+RESTS, REJECTED, TAKEN = range(3)  # what becomes of a force
+
+
+@compiled
+def advance(known: Array, dt: float, jerk_density: float) -> None:
+    """Carry on by dt [s] under a jerk density [m^2/s^5]."""
+    predict(known[:PULL], known[COVARIANCE:FOUND].reshape((SIZE, SIZE)), dt, jerk_density)
+    carry(known[PULL:COVARIANCE], dt)
+
+
+@compiled
+def take_deflection(known: Array, motion: Array, monitor: Array, measured: float, variance: float) -> bool:
+    """Take a deflection [m] in, as `correct_deflection`; False where the gate rejects it."""
+    z, pull, p = known[:PULL], known[PULL:COVARIANCE], known[COVARIANCE:FOUND].reshape((SIZE, SIZE))
+    return correct_deflection(z, p, measured, variance, motion[HIGH] - motion[LOW], monitor, pull)
+
+
+@compiled
+def take_force(
+    known: Array, motion: Array, monitor: Array, reference: float, measured: float, variance: float,
+    deflection_variance: float, dt: float,
+) -> int:  # fmt: skip
+    """Take a force [N] in while moving, as `correct_force`, dt [s] after the last one."""
+    z, pull, p = known[:PULL], known[PULL:COVARIANCE], known[COVARIANCE:FOUND].reshape((SIZE, SIZE))
+    if rests(motion, z, p, dt):
+        return RESTS
+    age(p, dt)
+    remember(motion, z, p, reference, dt)
+    stroke = motion[HIGH] - motion[LOW]
+    taken = correct_force(z, p, reference, measured, variance, deflection_variance, dt, stroke, monitor, pull)
+    return TAKEN if taken else REJECTED
