@@ -28,9 +28,8 @@ def no_motion() -> Array:
 @compiled
 def rests(motion: Array, z: Array, p: Array, dt: float) -> bool:
     """Whether the rod stands: then stiction may hold any force, and noise of the speed must not pass for motion."""
-    speed = abs(z[1])
-    motion[STOOD] = 0.0 if speed > REST_SPEED + 3.0 * np.sqrt(p[1, 1]) else motion[STOOD] + dt
-    return bool(speed <= REST_SPEED or motion[STOOD] > REST_TIME)
+    motion[STOOD] = 0.0 if abs(z[1]) > REST_SPEED + 3.0 * np.sqrt(p[1, 1]) else motion[STOOD] + dt
+    return bool(motion[STOOD] > REST_TIME)
 
 
 @compiled

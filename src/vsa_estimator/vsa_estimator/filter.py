@@ -23,9 +23,9 @@ DRIFT = np.array([2.5e-10, 2.5e-6, 0.025, 2.5e8, 0.0, 2.5e-7, 2.5e-8])
 
 REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
 REVERSAL_SPEED = 0.10e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
-REVERSAL_SHARE = 0.5  # ... by this share of the friction ...
+REVERSAL_SHARE = 0.4  # ... by this share of the friction ...
 LEAST_REVERSAL_FORCE = 0.015  # ... and by this at least [N] ...
-REVERSAL_TIME = 0.01  # ... and stays so for this long [s]
+REVERSAL_TIME = 0.01  # ... and stays so for this long at least, and for as long as no clear speed is seen [s]
 
 OWN_NOISE = 0.5  # share of the encoder's noise, through the stiffness, by which a force counts for less
 
@@ -127,11 +127,12 @@ def correct_deflection(
 @compiled
 def correct_force(
     z: Array, p: Array, reference: float, measured: float, noise_variance: float, deflection_variance: float,
-    dt: float, stroke: float, monitor: Array, pull: Array | None = None,
+    dt: float, stroke: float, monitor: Array, pull: Array | None = None, stood: float = 0.0,
 ) -> bool:  # fmt: skip
     """Take one force [N] in; False where the gate rejects it. monitor: innovation, its variance, NIS.
 
-    pull is what the state would be off by, had the friction another form: no noise, it never averages out.
+    pull is what the state would be off by, had the friction another form: no noise, it never averages out. `stood` [s]
+    is how long there has been no clear speed: forces of that time share one error of the friction.
 
     Second order: the mean and the variance of the law's curvature under p go into innovation and noise. A force counts
     for less by the encoder's noise through the stiffness: else the stiffness drifts off by 0.1 % on a short stroke. The
@@ -149,7 +150,7 @@ def correct_force(
     unexplained = max(REVERSAL_SHARE * (z[9] + np.sqrt(p[9, 9])), LEAST_REVERSAL_FORCE)
     reversal = unexplained * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
     own = OWN_NOISE * gradient[0] * gradient[0] * deflection_variance
-    noise = noise_variance + reversal * reversal * max(1.0, REVERSAL_TIME / dt) + 0.5 * max(spread, 0.0)
+    noise = noise_variance + reversal * reversal * max(1.0, max(REVERSAL_TIME, stood) / dt) + 0.5 * max(spread, 0.0)
     innovation = measured - expected - 0.5 * mean
     ph = p @ gradient
     variance = gradient @ ph + noise + own

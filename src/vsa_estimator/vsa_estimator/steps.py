@@ -1,7 +1,7 @@
 """Steps of the filter over what it knows, in one array: prediction, deflection, force."""
 
 from vsa_common.accel import compiled
-from vsa_estimator.excitation import FINDINGS, HIGH, LOW, remember, rests
+from vsa_estimator.excitation import FINDINGS, HIGH, LOW, STOOD, remember, rests
 from vsa_estimator.filter import age, carry, correct_deflection, correct_force, predict
 from vsa_estimator.model import SIZE, Array
 
@@ -37,6 +37,6 @@ def take_force(
         return RESTS
     age(p, dt)
     remember(motion, z, p, reference, dt)
-    stroke = motion[HIGH] - motion[LOW]
-    taken = correct_force(z, p, reference, measured, variance, deflection_variance, dt, stroke, monitor, pull)
+    stroke, stood = motion[HIGH] - motion[LOW], motion[STOOD]
+    taken = correct_force(z, p, reference, measured, variance, deflection_variance, dt, stroke, monitor, pull, stood)
     return TAKEN if taken else REJECTED
