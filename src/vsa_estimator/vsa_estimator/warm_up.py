@@ -2,14 +2,13 @@
 
 import numpy as np
 from vsa_estimator.assessment import assess
-from vsa_estimator.blocks import Block
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.rows import BAND, whiten
 from vsa_estimator.samples import Samples, take
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
-from vsa_estimator.trust import Trust
+from vsa_estimator.witness import Coefficients, Witness
 
 
 def warm_up() -> None:
@@ -22,12 +21,16 @@ def warm_up() -> None:
         tracker.predict(0.01, 1e-3)
         tracker.correct_deflection(0.01, 1e-10)
         tracker.correct_force(30.0, 1e-4, 1e-10, 0.01)
-    found = tracker.appraisal
-    assess(tracker.known, np.zeros(2), 0.01, 0.001, 1e-3, 0.01, 1e-10, True, True, True, found.inertial_force > 0.0)
+    heavy = tracker.appraisal.inertia_variance > 1.0
+    assess(tracker.known, np.zeros(2), 0.01, 0.001, 1e-3, 0.01, 1e-10, True, True, tracker.undamped, heavy)
+    tracker.expected_force(0.01)
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
-    trust, jerk, noise, samples = Trust(100.0), JerkDensity(), NoiseLevel(1.0, 0.0, 9), Samples(EstimatorConfig())
+    witness, jerk, noise, samples = Witness(100.0), JerkDensity(), NoiseLevel(1.0, 0.0, 99), Samples(EstimatorConfig())
+    witness.keep(Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference))
     for stamp_ns in range(0, 10**9, 10**7):
-        trust.weigh(tracker, 1e-9 * stamp_ns, Block(stamp_ns, 0.01, 30.0, 1, 1), False)
+        witness.add(1e-9 * stamp_ns, 0.01, 30.0)
         jerk.add(0.01, 1e-10, 0.01)
         noise.add(30.0, 10)
         take(samples.memory, samples.stamps, stamp_ns, 30.0, 0.01)
+    witness.explain()
+    noise.refresh()
