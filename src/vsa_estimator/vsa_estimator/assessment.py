@@ -4,8 +4,8 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_estimator.excitation import DOUBTS
 from vsa_estimator.filter import report
-from vsa_estimator.model import SIZE, Array
-from vsa_estimator.steps import COVARIANCE, FOUND, PULL
+from vsa_estimator.model import Array
+from vsa_estimator.steps import FOUND, parts
 
 STIFFNESS = 0.1  # greatest relative standard deviation of a valid stiffness
 DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D vanishes
@@ -31,10 +31,9 @@ def assess(
     A `deflection` [m] with white noise of that variance is held against the prediction, NaN is none: where two in a row
     are far from it nobody knows yet whether the rod is there.
     """
-    z, pull, found = known[:PULL], known[PULL:COVARIANCE], known[FOUND:]
-    p = known[COVARIANCE:FOUND].reshape((SIZE, SIZE))
+    z, pull, p = parts(known)
     out = np.empty(16)
-    report(z, p, pull, reference, min(max(ahead, 0.0), BRIDGED), jerk_density, found[DOUBTS:], out)
+    report(z, p, pull, reference, min(max(ahead, 0.0), BRIDGED), jerk_density, known[FOUND + DOUBTS :], out)
     place_variance, ln_variance, damping, damping_variance = out[1], out[7], out[8], out[9]
     if not np.isnan(deflection):
         apart = deflection - out[0]

@@ -76,7 +76,7 @@ class Estimator:
             self._force_rejected += found & FORCE_SPIKE > 0
             self._deflection_rejected += found & DEFLECTION_SPIKE > 0
         if blocks:
-            for block in samples.blocks(blocks):
+            for block in samples.finished(blocks):
                 self._step(block)
         if self._learner.works:
             self._learn()
@@ -143,9 +143,8 @@ class Estimator:
         config = self.config
         rate = config.filter_rate
         memory = int(NOISE_MEMORY * rate)
-        quantisation = config.deflection_resolution / math.sqrt(12.0)
         self._force_noise = NoiseLevel(config.force_noise_std, 0.0, memory)
-        self._deflection_noise = NoiseLevel(math.hypot(config.deflection_noise_std, quantisation), quantisation, memory)
+        self._deflection_noise = NoiseLevel(config.deflection_std, config.quantisation_std, memory)
         self._jerk = JerkDensity()
         self._samples.forget()
         self._blind = False  # the encoder is not to be believed

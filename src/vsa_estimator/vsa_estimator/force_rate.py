@@ -35,7 +35,7 @@ class ForceRateEstimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Ready for the first sample."""
         self.config = config
-        self._bounds = 10.0 * np.array([config.force_limit, config.deflection_limit])
+        self._bounds = intake.IMPLAUSIBLE * np.array([config.force_limit, config.deflection_limit])
         self._judged = np.zeros(intake.STAMPS, dtype=np.int64)
         self._dropped = 0
         self._reset_count, self._reset_reason = 0, Reset.NONE
@@ -267,8 +267,7 @@ class ForceRateEstimator:
         return self.config.force_noise_std / RATE_FILTER
 
     def _deflection_std(self, samples: int) -> float:
-        resolution = self.config.deflection_resolution / math.sqrt(12.0)
-        return math.hypot(self.config.deflection_noise_std, resolution) / math.sqrt(samples)
+        return self.config.deflection_std / math.sqrt(samples)
 
 
 def _triple(z: Array, p: Array, place: int, valid: bool) -> tuple[float, float, bool]:

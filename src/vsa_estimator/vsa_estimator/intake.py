@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
+IMPLAUSIBLE = 10.0  # multiple of a sensor's limit that is no measurement
 LATE_NS = 1_000_000_000  # a stamp further back than this is a clock that was set back, not a late sample
 LATE_RUN = 50  # and so is a run of this many late samples
 

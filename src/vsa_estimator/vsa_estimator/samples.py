@@ -3,18 +3,15 @@
 All in one compiled call for each sample; what is remembered lies in two arrays.
 """
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_estimator import blocks, intake, sample_clock, signs, spikes
 from vsa_estimator.blocks import Block
-from vsa_estimator.intake import TAKE
+from vsa_estimator.intake import IMPLAUSIBLE, TAKE
 from vsa_estimator.model import Array
 from vsa_estimator.settings import EstimatorConfig
 
-IMPLAUSIBLE = 10.0  # multiple of a sensor's limit that is no measurement
 BRISK = (10.0, 3.0)  # slopes of force and deflection after which they ring, in standard deviations a sample
 NO_LESSON = (  # at rest there is nothing to learn, and a stuck encoder must not teach
     signs.FORCE_REPEATED | signs.ENCODER_QUIET | signs.FORCE_SATURATED | signs.DEFLECTION_SATURATED
@@ -41,7 +38,7 @@ def take(
     verdict = intake.judge(memory[:2], stamps[:_JUDGED], stamp_ns, force, deflection)
     if verdict != TAKE:
         return verdict, 0, 0, 0
-    averaged, clock = memory[_BLOCKS:_SIGNS], stamps[_PLACED:]
+    averaged = memory[_BLOCKS:_SIGNS]
     instant_ns = sample_clock.instant(memory[_CLOCK:], stamps[_JUDGED:_PLACED], stamp_ns, deflection)
     undamped = memory[UNDAMPED] > 0.0
     found = signs.examine(memory[_SIGNS:_CLOCK], memory[_LIMITS:_FORCE_LINE], stamp_ns, force, deflection, undamped)
@@ -53,7 +50,7 @@ def take(
         if not spikes.passes(memory[_DEFLECTION_LINE:_BLOCKS], deflection):
             found |= DEFLECTION_SPIKE
             placed = False
-    finished = blocks.collect(averaged, clock, instant_ns, deflection, force, placed, fresh)
+    finished = blocks.collect(averaged, stamps[_PLACED:], instant_ns, deflection, force, placed, fresh)
     return verdict, found, instant_ns, finished
 
 
@@ -86,15 +83,14 @@ class Samples:
         """Noise of the encoder, times what it should be."""
         return float(self.memory[_CLOCK - 1])
 
-    def blocks(self, count: int) -> list[Block]:
+    def finished(self, count: int) -> list[Block]:
         """The blocks that the last sample has finished."""
         return blocks.finished_blocks(self.memory[_BLOCKS:_SIGNS], self.stamps[_PLACED:], count)
 
 
 def _nothing(config: EstimatorConfig) -> Array:
     """Memory before the first sample."""
-    quantisation = config.deflection_resolution / math.sqrt(12.0)
-    force_std, deflection_std = config.force_noise_std, math.hypot(config.deflection_noise_std, quantisation)
+    force_std, deflection_std = config.force_noise_std, config.deflection_std
     friction = config.initial.coulomb_friction + 2.0 * config.initial.coulomb_friction_std
     limits = np.zeros(signs.LIMITS)
     limits[signs.FORCE_STD], limits[signs.DEFLECTION_STD] = force_std, deflection_std

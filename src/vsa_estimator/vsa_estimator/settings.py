@@ -1,5 +1,6 @@
 """Parameters of the estimator, in SI; each is a ROS parameter of the same name."""
 
+import math
 from dataclasses import dataclass
 
 from vsa_common.configuration import choice, group, quantity, words
@@ -45,6 +46,16 @@ class EstimatorConfig:
     force_limit: float = quantity(200.0, "N", 1e-3, 1e6, "where the force sensor saturates; nothing is learnt there")
     deflection_limit: float = quantity(0.020, "m", 1e-6, 10.0, "where the deflection ends; nothing is learnt there")
     initial: Initial = group(Initial)
+
+    @property
+    def quantisation_std(self) -> float:
+        """Standard deviation of what the encoder's steps leave out [m]."""
+        return self.deflection_resolution / math.sqrt(12.0)
+
+    @property
+    def deflection_std(self) -> float:
+        """Of one deflection sample, white noise and quantisation [m]."""
+        return math.hypot(self.deflection_noise_std, self.quantisation_std)
 
 
 @dataclass(frozen=True)

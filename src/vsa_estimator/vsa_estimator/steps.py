@@ -13,16 +13,23 @@ RESTS, REJECTED, TAKEN = range(3)  # what becomes of a force
 
 
 @compiled
+def parts(known: Array) -> tuple[Array, Array, Array]:
+    """State, systematic error and covariance, as views."""
+    return known[:PULL], known[PULL:COVARIANCE], known[COVARIANCE:FOUND].reshape((SIZE, SIZE))
+
+
+@compiled
 def advance(known: Array, dt: float, jerk_density: float) -> None:
     """Carry on by dt [s] under a jerk density [m^2/s^5]."""
-    predict(known[:PULL], known[COVARIANCE:FOUND].reshape((SIZE, SIZE)), dt, jerk_density)
-    carry(known[PULL:COVARIANCE], dt)
+    z, pull, p = parts(known)
+    predict(z, p, dt, jerk_density)
+    carry(pull, dt)
 
 
 @compiled
 def take_deflection(known: Array, motion: Array, monitor: Array, measured: float, variance: float) -> bool:
     """Take a deflection [m] in, as `correct_deflection`; False where the gate rejects it."""
-    z, pull, p = known[:PULL], known[PULL:COVARIANCE], known[COVARIANCE:FOUND].reshape((SIZE, SIZE))
+    z, pull, p = parts(known)
     return correct_deflection(z, p, measured, variance, motion[HIGH] - motion[LOW], monitor, pull)
 
 
@@ -32,7 +39,7 @@ def take_force(
     deflection_variance: float, dt: float,
 ) -> int:  # fmt: skip
     """Take a force [N] in while moving, as `correct_force`, dt [s] after the last one."""
-    z, pull, p = known[:PULL], known[PULL:COVARIANCE], known[COVARIANCE:FOUND].reshape((SIZE, SIZE))
+    z, pull, p = parts(known)
     if rests(motion, z, p, dt):
         return RESTS
     age(p, dt)

@@ -9,7 +9,7 @@ from vsa_estimator.excitation import ACCELERATION_SQUARE, DOUBTS, HIGH, LOW, NEA
 from vsa_estimator.filter import LEAST_STROKE
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
-from vsa_estimator.steps import COVARIANCE, FOUND, KNOWN, PULL, REJECTED, RESTS, advance, take_deflection, take_force
+from vsa_estimator.steps import FOUND, KNOWN, REJECTED, RESTS, advance, parts, take_deflection, take_force
 
 START_SPEED_STD = 2e-3  # [m/s]
 START_ACCELERATION_STD = 5e-3  # [m/s^2]
@@ -58,9 +58,7 @@ class Tracker:
         self._divide()
 
     def _divide(self) -> None:
-        self.z = self.known[:PULL]
-        self.pull = self.known[PULL:COVARIANCE]  # systematic error by the friction's unknown form, one deviation
-        self.p = self.known[COVARIANCE:FOUND].reshape(SIZE, SIZE)
+        self.z, self.pull, self.p = parts(self.known)
         self._found = self.known[FOUND:]
 
     @property

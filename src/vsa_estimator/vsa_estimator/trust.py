@@ -8,9 +8,10 @@ makes the estimator forget.
 import math
 
 from vsa_estimator.blocks import Block
+from vsa_estimator.residual_force import PERIOD
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.values import Reset
-from vsa_estimator.witness import PERIOD, SHIFT_TIME, Coefficients, Witness
+from vsa_estimator.witness import SHIFT_TIME, Coefficients, Witness
 
 KEEP = 4.0  # between two memories of what was known [s]
 PROBATION = 8.0  # without contradiction, before what was learnt counts for more than what is measured [s]
