@@ -134,6 +134,11 @@ class Lab:
         self.until(lambda: time.monotonic() > self.over + NOTICED)
         self.until(lambda: self.well() and self.learned(), 60.0)
 
+    def recover(self):
+        """Settle, and listen anew."""
+        self.settle()
+        self.clear()
+
     def clear(self):
         """Empty the ears."""
         for heard in (self.joints, *self.sides.values(), *self.states.values()):
@@ -278,11 +283,7 @@ def test_what_is_wrong_for_a_moment_is_counted_and_told_while_the_estimate_stays
         healthy.until(lambda: any(healthy.told(node, words, begin) for node in nodes))
         return healthy.relied_on()
 
-    def back():
-        healthy.settle()
-        healthy.clear()
-
-    relied_on = undisturbed(trial, back)
+    relied_on = undisturbed(trial, healthy.recover)
     assert relied_on or "garbage" in failure  # then there is nothing to estimate from for as long
     healthy.until(healthy.well)
 
@@ -357,10 +358,14 @@ def test_a_full_disk_ends_the_recording_readable_and_touches_nobody_else(healthy
     size = (folder / "bag" / "bag.mcap").stat().st_size
     begin = time.monotonic()
     resource.prlimit(recorder, resource.RLIMIT_FSIZE, (size + 100_000, resource.RLIM_INFINITY))
-    healthy.until(lambda: healthy.told("recorder", "readable", begin))
-    told = time.time()
-    healthy.until(lambda: stamp(healthy.joints[-1][1]) > told + 0.5)
-    assert healthy.relied_on()
+
+    def trial():
+        healthy.until(lambda: healthy.told("recorder", "readable", begin))
+        told = time.time()
+        healthy.until(lambda: stamp(healthy.joints[-1][1]) > told + 0.5)
+        return healthy.relied_on()
+
+    assert undisturbed(trial, healthy.recover)
     healthy.until(healthy.well)
     assert sum(1 for _ in bags.read(folder / "bag", ["/vsa/joint_impedance"])) > RATE
 

@@ -13,18 +13,19 @@ from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.values import Reset, Status
 
 RATE, BEGIN = 500, 20.0
+BRISK = (0.009, ((2.5e-3, 0.05), (3.5e-4, 0.7), (1.5e-4, 1.7)))
 LIE = 0.1  # longest time for which a stiffness marked valid may be off by 1 % and 4 standard deviations [s]
 
 
 @functools.cache
-def clean(seconds):
-    recording = record(TRANSMISSION_1, MULTISINE, seconds, RATE)
+def clean(seconds, motion=MULTISINE):
+    recording = record(TRANSMISSION_1, motion, seconds, RATE)
     return recording, (recording.stamp_ns - 1_000_000_000) * 1e-9
 
 
-def lived_through(force=lambda t, f: f, deflection=lambda t, x: x, seconds=30.0):
+def lived_through(force=lambda t, f: f, deflection=lambda t, x: x, seconds=30.0, motion=MULTISINE):
     """Time, estimates, reasons and longest lie of a run whose sensors say something else from BEGIN on."""
-    recording, t = clean(seconds)
+    recording, t = clean(seconds, motion)
     forces, deflections = force(t, recording.force.copy()), deflection(t, recording.deflection.copy())
     estimator = Estimator(wrong_start(TRANSMISSION_1))
     estimates, reasons, lie, longest = [], [], 0.0, 0.0
@@ -87,6 +88,17 @@ def test_a_noisy_sensor_is_named_and_the_interval_holds(sensor):
     assert named(reasons, "noisy") < 0.3
     assert lie < LIE
     assert estimates[-1].status is Status.VALID
+    assert estimates[-1].stiffness == pytest.approx(recording.stiffness[-1], rel=0.003)
+
+
+@pytest.mark.parametrize("size", [3e-4, -5e-4, 1e-3, -2e-3])
+def test_an_encoder_that_jumps_during_brisk_motion_is_not_followed(size):
+    jumps = BEGIN + 3.1 * np.arange(7)  # and back after a second; no two in the same phase of the motion
+    jumping = lambda t, x: x + size * sum((t >= begin) & (t < begin + 1.0) for begin in jumps)  # noqa: E731
+    recording, estimates, reasons, lie = lived_through(deflection=jumping, seconds=44.0, motion=BRISK)
+    assert lie < LIE
+    told = [any("encoder jumped" in why and 0.0 < BEGIN + at - t < 0.5 for at, why in reasons) for t in jumps]
+    assert sum(told) >= 6
     assert estimates[-1].stiffness == pytest.approx(recording.stiffness[-1], rel=0.003)
 
 

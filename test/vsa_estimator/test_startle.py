@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, column, measure, run, wrong_start
-from vsa_estimator.blocks import Block
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.jump import Jump
@@ -46,7 +45,7 @@ def test_a_rod_that_sets_off_is_told_from_an_encoder_that_jumped(offsets, sets_o
     jump = Jump()
     for offset in offsets:
         assert not jump.sets_off
-        jump.reject(Block(0, 0.01, 30.0, 1, 1), 1e-4 * offset)
+        jump.reject(1e-4 * offset, 0.0)
     assert jump.sets_off == sets_off
 
 

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.experimental import EventsExecutor
@@ -66,9 +67,11 @@ class Stage:
         self._counted = time.monotonic()
         self._states: dict[str, Any] = {}
         self._homes: dict[str, str] = {}  # process of each node
+        self._readers: dict[str, int] = {}  # how many the driver has found of each of its topics; told while silent
         counters = "transmission_1/capture_counters"
         self.node.create_subscription(JointImpedance, "joint_impedance", self._on_joint, RELIABLE, raw=True)
         self.node.create_subscription(CaptureCounters, counters, self._on_counters, RELIABLE, raw=True)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, RELIABLE)
 
     def __enter__(self) -> "Stage":
         return self
@@ -102,7 +105,10 @@ class Stage:
         self.node.destroy_client(client)
 
     def wait_until_connected(self, recorded: bool = True) -> None:
-        """Return when every topic that one of the nodes writes has its readers; only the nodes' if not `recorded`."""
+        """Return when every topic that one of the nodes writes has its readers; only the nodes' if not `recorded`.
+
+        Before the rig starts: while it is silent the driver tells which readers it has found.
+        """
 
         def lonely() -> list[str]:
             written = [topic for topic in suite_topics(self.namespace) if self.node.count_publishers(topic)]
@@ -111,8 +117,12 @@ class Stage:
                 topic for topic in required.union(written if recorded else ()) if not self._is_connected(topic, written)
             ]
 
+        def unheard() -> list[str]:
+            return [topic for topic, found in self._readers.items() if found < self.node.count_subscribers(topic)]
+
         self._until(lambda: not lonely(), lambda: f"nobody reads or writes {', '.join(lonely())}")
         self.spin(SETTLE_S)
+        self._until(lambda: self._readers != {} and not unheard(), lambda: f"the driver lacks readers of {unheard()}")
 
     def wait_until_open(self, port: int) -> None:
         """Return when a process listens on this TCP port."""
@@ -154,6 +164,12 @@ class Stage:
 
     def _on_counters(self, _: bytes) -> None:
         self._counted = time.monotonic()
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == f"{self.namespace}/driver":
+                told = ((value.key.partition("readers ")[2], value.value) for value in status.values)
+                self._readers = {topic: int(found) for topic, found in told if topic}
 
     def _is_connected(self, topic: str, written: Sequence[str]) -> bool:
         return topic in written and self.node.count_subscribers(topic) > 0

@@ -110,6 +110,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         if silent:
             failed = f"{self.link.last_reason}, then " if "bus_failures" in trouble else ""
             besides = f"; {described(trouble)}" if trouble else ""
+            values |= {f"readers {topic.topic_name}": topic.get_subscription_count() for topic in self.publishers}
             return ERROR, f"{failed}no samples of {' and '.join(silent)}{besides}", values
         if trouble:
             self.get_logger().warning(described(trouble), throttle_duration_sec=LOG_EVERY_S)

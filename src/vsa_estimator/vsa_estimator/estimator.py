@@ -182,7 +182,7 @@ class Estimator:
         if not self._place(block, deflection_variance):
             return
         self._accepted_ns = block.stamp_ns
-        self._jump.accept(block)
+        self._jump.clear()
         self._deflection_noise.add(block.deflection, block.samples)
         self._jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
         if abs(tracker.speed) > REST_SPEED:
@@ -208,21 +208,30 @@ class Estimator:
 
     def _place(self, block: Block, deflection_variance: float) -> bool:
         """Take the deflection in, also of a rod that sets off; False where it is not believed."""
-        tracker = self._tracker
-        if tracker.correct_deflection(block.deflection, deflection_variance):
-            return True
+        tracker, jump = self._tracker, self._jump
         offset = block.deflection - float(tracker.z[0])
-        self._jump.reject(block, offset)
+        insists = tracker.knows and jump.insists(offset)
+        if not insists and tracker.correct_deflection(block.deflection, deflection_variance):
+            return True
+        expected = tracker.expected_force(float(tracker.z[0])) if block.forces else math.nan
+        jump.reject(offset, block.force - expected)
         since = (block.stamp_ns - self._accepted_ns) * 1e-9
-        if self._jump.sets_off:
+        if jump.sets_off:
             self._jerk.startled(tracker.deflection_nis)
             tracker.set_off(offset, since)
-            if tracker.correct_deflection(block.deflection, deflection_variance):
-                return True
+        if (jump.sets_off or (insists and not self._stayed())) and tracker.correct_deflection(
+            block.deflection, deflection_variance
+        ):
+            return True
         self._deflection_rejected += 1
-        if since > RELOCATE:
+        if since > RELOCATE or (insists and tracker.doubts_place(offset, deflection_variance)):
             self._relocate(block, deflection_variance)
         return False
+
+    def _stayed(self) -> bool:
+        """Whether the force says that the rod is where it was expected, though the encoder insists on another place."""
+        tracker, place = self._tracker, float(self._tracker.z[0])
+        return self._jump.stayed(tracker.expected_force(place + self._jump.size) - tracker.expected_force(place))
 
     def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
         tracker = self._tracker
@@ -294,8 +303,7 @@ class Estimator:
         tracker, jump = self._tracker, self._jump.size
         words, jumped, told = f"encoder jumped by {1e3 * jump:+.2f} mm", True, False
         if tracker.knows:
-            place = float(tracker.z[0])
-            jumped = self._jump.stayed(tracker.expected_force(place + jump) - tracker.expected_force(place))
+            jumped = self._stayed()
             if jumped:
                 self._trust.move(tracker, jump, self._jump.variance + deflection_variance)
                 told = self._trust.doubt(tracker, words)

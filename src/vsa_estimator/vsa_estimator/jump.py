@@ -3,33 +3,30 @@
 import math
 
 import numpy as np
-from vsa_estimator.blocks import Block
 
 GROWTH = 1.2  # from one rejected offset to the next, three in a row: a rod that sets off
+BACK = 0.5  # share of what was rejected, within which a deflection is back where it was expected
 STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
 
 
 class Jump:
-    """The rejected offsets since the last accepted deflection, and the force before."""
+    """The rejected offsets since the last accepted deflection, and what of the force the expected place leaves open."""
 
     def __init__(self) -> None:
         """Nothing rejected yet."""
         self._rejected: list[tuple[float, float]] = []
-        self._force = math.nan
 
-    def reject(self, block: Block, offset: float) -> None:
-        """The deflection is off by so much from where the filter expected it [m]."""
-        self._rejected.append((offset, block.force if block.forces else math.nan))
-
-    def accept(self, block: Block) -> None:
-        """All is well."""
-        self._rejected.clear()
-        if block.forces:
-            self._force = block.force
+    def reject(self, offset: float, unexplained: float) -> None:
+        """The deflection is off by so much from where the filter expected it [m]; the force by so much [N] or NaN."""
+        self._rejected.append((offset, unexplained))
 
     def clear(self) -> None:
-        """The motion has a gap."""
+        """All is well, or the motion has a gap."""
         self._rejected.clear()
+
+    def insists(self, offset: float) -> bool:
+        """Whether a deflection so far off [m] repeats what was rejected: that time goes by is no proof."""
+        return bool(self._rejected) and abs(offset) > BACK * abs(self.size)
 
     @property
     def sets_off(self) -> bool:
@@ -50,9 +47,9 @@ class Jump:
         return float(np.var([offset for offset, _ in self._seen]))
 
     def stayed(self, elastic: float) -> bool:
-        """Whether the force, just after it, says that the rod did not move; `elastic` is what moving would cost [N]."""
-        change = self._seen[0][1] - self._force
-        return not abs(change) > STAYED * abs(elastic)  # an absent force says nothing against it
+        """Whether the force says that the rod did not move; `elastic` is what moving would cost [N]."""
+        heard = [force for _, force in self._seen if not math.isnan(force)]
+        return not heard or heard[0] / elastic < STAYED  # an absent force says nothing against it
 
     @property
     def _seen(self) -> list[tuple[float, float]]:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from vsa_estimator.excitation import ACCELERATION_SQUARE, DOUBTS, HIGH, LOW, NEAR_KINK, appraise, no_motion
-from vsa_estimator.filter import LEAST_STROKE
+from vsa_estimator.filter import HARD_GATE, LEAST_STROKE
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
 from vsa_estimator.steps import FOUND, KNOWN, REJECTED, RESTS, advance, parts, take_deflection, take_force
@@ -179,6 +179,10 @@ class Tracker:
         """Take a deflection in; False where the gate rejects it."""
         self._appraisal = None
         return bool(take_deflection(self.known, self._motion, self.deflection_monitor, measured, variance))
+
+    def doubts_place(self, offset: float, variance: float) -> bool:
+        """Whether the place has become so uncertain that the gate would let a deflection so far off [m] pass."""
+        return bool(offset * offset < HARD_GATE * (float(self.p[Z.X, Z.X]) + variance))
 
     def correct_force(self, measured: float, variance: float, deflection_variance: float, dt: float) -> bool:
         """Take a force in while moving; False where the gate rejects it."""
