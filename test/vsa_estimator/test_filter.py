@@ -71,10 +71,12 @@ def test_the_hessian_is_the_derivative_of_the_jacobian_but_for_coulomb_friction(
 
 
 @pytest.mark.parametrize("ahead", [0.0, 0.004, 0.1])
-def test_the_report_is_the_predicted_impedance_with_its_covariance_by_complex_step(ahead):
+@pytest.mark.parametrize("shares", [(1.0, 1.0, 1.0), (0.9, 0.7, 0.6)], ids=["rough", "smooth"])
+def test_the_report_is_the_predicted_impedance_with_its_covariance_by_complex_step(ahead, shares):
     rng, jerk_density, out = np.random.default_rng(3), 1e-3, np.empty(16)
     root = STD[:, None] * rng.normal(size=(SIZE, SIZE))
-    z, p, pull, doubts = TRUTH.copy(), root @ root.T, 0.1 * STD * rng.normal(size=SIZE), np.array([9.0, 7.0, 3e6, 0.04])
+    z, p, pull = TRUTH.copy(), root @ root.T, 0.1 * STD * rng.normal(size=SIZE)
+    doubts = np.array([9.0, 7.0, 3e6, 0.04, *shares])
     step.report(z, p, pull, REFERENCE, ahead, jerk_density, doubts, out)
     assert np.array_equal(z, TRUTH)
 
@@ -84,8 +86,15 @@ def test_the_report_is_the_predicted_impedance_with_its_covariance_by_complex_st
     stiffness = complex_step_gradient(lambda z: z[3] + z[4] * (z[0] - REFERENCE), z)
     damping = complex_step_gradient(lambda z: z[5] + 3.0 * z[6] * z[1] ** 2, z)
     by = np.vstack([np.eye(SIZE)[:3], stiffness, damping, np.eye(SIZE)[7]])
+    pulled = by[3:5] @ pull
+    spring, place, speed = shares
+    by[3] *= [place, 1.0, 1.0, spring, spring, *[1.0] * 5]
+    by[4, 1] *= speed
     covariance = by @ p @ by.T
-    covariance[3:5, 3:5] += np.outer(by[3:5] @ pull, by[3:5] @ pull)
+    covariance[3:5, 3:5] += np.outer(pulled, pulled)
+    covariance[3, 3] += (1.0 - place**2) * z[4] ** 2 * jerk_density * ahead**5 / 20.0  # new jerk counts whole
+    covariance[4, 4] += (1.0 - speed**2) * (6.0 * z[6] * z[1]) ** 2 * jerk_density * ahead**3 / 3.0
+    covariance[3, 4] += (1.0 - place * speed) * z[4] * 6.0 * z[6] * z[1] * jerk_density * ahead**4 / 8.0
     covariance[3, 3] += (9.0 / sigma) ** 2
     covariance[4, 4] += (3.0 * z[1] ** 2 * 3e6) ** 2 + 7.0**2
     covariance[5, 5] = 0.04

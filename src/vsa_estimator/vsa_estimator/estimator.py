@@ -194,6 +194,8 @@ class Estimator:
             if not tracker.knows:
                 self._start_over(block.force if block.forces else self._force)
         startled = tracker.knows and self._jerk.startled(tracker.deflection_nis)
+        if startled:
+            tracker.startle()
         if startled or self._trust.reason:
             self._force_noise.interrupt()
         elif block.forces:

@@ -3,26 +3,61 @@
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_estimator.filter import REST_SPEED, STROKE_MEMORY
-from vsa_estimator.model import Array, maximum_speed
+from vsa_estimator.model import Array, ln_stiffness, maximum_speed
 
 REST_TIME = 0.5  # without a clear speed for this long the rod stands [s]
 KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force
 NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
+SMOOTH_MEMORY = 10.0  # over this long the force shows how smooth the motion is [s]
+CLEAR_SPEED = 0.3e-3  # where the friction's form says little [m/s]
+SPRING_SHARE, PLACE_SHARE, SPEED_SHARE = 0.9, 0.4, 0.3  # of the claimed variances that stay, however smooth the motion
 HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 # What is remembered: travel [m]; leaky means of v^2 and a^2 without the filter's own uncertainty; leaky share of the
 # time near or beyond the damper's greatest force; time without a clear speed [s]; leaky weight and sums of
-# x, a, x^2, x a.
-HIGH, LOW, SPEED_SQUARE, ACCELERATION_SQUARE, BEYOND, STOOD, WEIGHT, X, A, XX, XA = range(11)
+# x, a, x^2, x a; leaky weight and means of the force's variance by place and speed, as claimed and as shown.
+HIGH, LOW, SPEED_SQUARE, ACCELERATION_SQUARE, BEYOND, STOOD, WEIGHT, X, A, XX, XA, SMOOTH, CLAIMED, SHOWN = range(14)
 
 # What `appraise` finds: variances of k2, d2 and M, the force that moves M [N], and the doubts of `filter.report`.
 K2_VARIANCE, D2_VARIANCE, INERTIA_VARIANCE, INERTIAL_FORCE, DOUBTS = range(5)
-FINDINGS = 8
+SHARES, FINDINGS = DOUBTS + 4, DOUBTS + 7
 
 
 def no_motion() -> Array:
     """Nothing has moved yet."""
-    return np.zeros(11)
+    return np.zeros(14)
+
+
+@compiled
+def by_motion(z: Array, p: Array, reference: float) -> float:
+    """Variance of the force by place and speed as the covariance p claims them [N^2]."""
+    elastic, c = np.exp(ln_stiffness(z[3], z[4], z[0] - reference)), z[1]
+    damping = z[5] + 3.0 * z[6] * c * c if abs(c) < maximum_speed(z[5], z[6]) else 0.0
+    return float(elastic * elastic * p[0, 0] + damping * (2.0 * elastic * p[0, 1] + damping * p[1, 1]))
+
+
+@compiled
+def compare(motion: Array, speed: float, claimed: float, shown: float, dt: float) -> None:
+    """Take the force's variance by place and speed, as claimed and as shown [N^2], `dt` [s] after the last."""
+    if abs(speed) > CLEAR_SPEED:
+        leak = dt / SMOOTH_MEMORY
+        motion[SMOOTH] += leak * (1.0 - motion[SMOOTH])
+        motion[CLAIMED] += leak * (claimed - motion[CLAIMED])
+        motion[SHOWN] += leak * (shown - motion[SHOWN])
+
+
+def roughen(motion: Array) -> None:
+    """The motion has become another: nothing shows any more that it is smooth."""
+    motion[SMOOTH] = motion[CLAIMED] = motion[SHOWN] = 0.0
+
+
+@compiled
+def share_shown(motion: Array) -> float:
+    """Share of the claimed variance of the speed that the force shows: white jerk is rougher than most motions."""
+    if motion[CLAIMED] <= 0.0:
+        return 1.0
+    share = 1.0 - motion[SMOOTH] + motion[SMOOTH] * motion[SHOWN] / motion[CLAIMED]
+    return min(max(share, 0.0), 1.0)
 
 
 @compiled
@@ -80,3 +115,7 @@ def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_s
     out[DOUBTS + 1] = kink * z[5]
     out[DOUBTS + 2] = d2 * cubic_pull
     out[DOUBTS + 3] = inertia_variance
+    share = 1.0 if felt else max(share_shown(motion), min(1.0, motion[BEYOND] / OFTEN))
+    out[SHARES] = np.sqrt(SPRING_SHARE + (1.0 - SPRING_SHARE) * share)
+    out[SHARES + 1] = np.sqrt(PLACE_SHARE + (1.0 - PLACE_SHARE) * share)
+    out[SHARES + 2] = np.sqrt(max(share, SPEED_SHARE))

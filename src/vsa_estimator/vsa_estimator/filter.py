@@ -125,6 +125,13 @@ def correct_deflection(
 
 
 @compiled
+def own_noise(z: Array, reference: float, deflection_variance: float) -> float:
+    """Variance of the encoder, through the stiffness, by which a force counts for less [N^2]."""
+    sigma = np.exp(ln_stiffness(z[3], z[4], z[0] - reference))
+    return float(OWN_NOISE * sigma * sigma * deflection_variance)
+
+
+@compiled
 def correct_force(
     z: Array, p: Array, reference: float, measured: float, noise_variance: float, deflection_variance: float,
     dt: float, stroke: float, monitor: Array, pull: Array | None = None, stood: float = 0.0,
@@ -149,7 +156,7 @@ def correct_force(
     spread = np.sum(curvature * curvature.T)
     unexplained = max(REVERSAL_SHARE * (z[9] + np.sqrt(p[9, 9])), LEAST_REVERSAL_FORCE)
     reversal = unexplained * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
-    own = OWN_NOISE * gradient[0] * gradient[0] * deflection_variance
+    own = own_noise(z, reference, deflection_variance)
     noise = noise_variance + reversal * reversal * max(1.0, max(REVERSAL_TIME, stood) / dt) + 0.5 * max(spread, 0.0)
     innovation = measured - expected - 0.5 * mean
     ph = p @ gradient
@@ -185,7 +192,8 @@ def report(
     variances; covariances stiffness-damping, stiffness-inertia, damping-inertia; v*.
 
     Beyond the covariance: what `pull` does counts as one standard deviation; doubts are standard deviations of
-    stiffness, d1 and d2, and the variance of the inertia. Gradients are carried back to z instead of p ahead.
+    stiffness, d1 and d2, the variance of the inertia, and shares of the claimed errors of spring, place and speed.
+    Gradients are carried back to z instead of p ahead.
     """
     t, q = ahead, jerk_density
     half = 0.5 * t * t
@@ -196,13 +204,14 @@ def report(
     w = maximum_speed(d1, d2)
     c = min(max(v, -w), w)
     slope = 6.0 * d2 * c  # of the damping, by the speed
+    by_spring, by_place, by_speed = doubts[4], k2 * doubts[5], slope * doubts[6]
     p_ln = np.empty(SIZE)
     p_damping = np.empty(SIZE)
     for i in range(SIZE):
         row = p[i]
         place = row[0] + t * row[1] + half * row[2]
-        p_ln[i] = k2 * place + row[3] + dx * row[4]
-        p_damping[i] = slope * (row[1] + t * row[2]) + row[5] + 3.0 * c * c * row[6]
+        p_ln[i] = by_place * place + by_spring * (row[3] + dx * row[4])
+        p_damping[i] = by_speed * (row[1] + t * row[2]) + row[5] + 3.0 * c * c * row[6]
     pulled_ln = k2 * (pull[0] + t * pull[1] + half * pull[2]) + pull[3] + dx * pull[4]
     pulled_damping = slope * (pull[1] + t * pull[2]) + pull[5] + 3.0 * c * c * pull[6]
     out[0] = x
@@ -213,15 +222,16 @@ def report(
     out[4] = z[2]
     out[5] = p[2, 2] + q * t
     out[6] = sigma
-    out[7] = k2 * (p_ln[0] + t * p_ln[1] + half * p_ln[2]) + p_ln[3] + dx * p_ln[4] + k2 * k2 * q * t**5 / 20.0
+    out[7] = by_place * (p_ln[0] + t * p_ln[1] + half * p_ln[2]) + by_spring * (p_ln[3] + dx * p_ln[4])
+    out[7] += k2 * k2 * q * t**5 / 20.0
     out[7] += pulled_ln * pulled_ln + (doubts[0] / sigma) ** 2
     out[8] = d1 + 3.0 * d2 * c * c
-    out[9] = slope * (p_damping[1] + t * p_damping[2]) + p_damping[5] + 3.0 * c * c * p_damping[6]
+    out[9] = by_speed * (p_damping[1] + t * p_damping[2]) + p_damping[5] + 3.0 * c * c * p_damping[6]
     out[9] += slope * slope * q * t**3 / 3.0 + pulled_damping * pulled_damping
     out[9] += (3.0 * c * c * doubts[2]) ** 2 + doubts[1] ** 2
     out[10] = z[7]
     out[11] = doubts[3]
-    covariance = slope * (p_ln[1] + t * p_ln[2]) + p_ln[5] + 3.0 * c * c * p_ln[6] + k2 * slope * q * t**4 / 8.0
+    covariance = by_speed * (p_ln[1] + t * p_ln[2]) + p_ln[5] + 3.0 * c * c * p_ln[6] + k2 * slope * q * t**4 / 8.0
     out[12] = sigma * (covariance + pulled_ln * pulled_damping)
     out[13] = sigma * p_ln[7]
     out[14] = p_damping[7]

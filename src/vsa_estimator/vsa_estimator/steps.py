@@ -1,8 +1,8 @@
 """Steps of the filter over what it knows, in one array: prediction, deflection, force."""
 
 from vsa_common.accel import compiled
-from vsa_estimator.excitation import FINDINGS, HIGH, LOW, STOOD, remember, rests
-from vsa_estimator.filter import age, carry, correct_deflection, correct_force, predict
+from vsa_estimator.excitation import FINDINGS, HIGH, LOW, STOOD, by_motion, compare, remember, rests
+from vsa_estimator.filter import SOFT_GATE, age, carry, correct_deflection, correct_force, own_noise, predict
 from vsa_estimator.model import SIZE, Array
 
 # Where in that array, so that a call takes few: state, systematic error, covariance, findings of `appraise`.
@@ -44,6 +44,9 @@ def take_force(
         return RESTS
     age(p, dt)
     remember(motion, z, p, reference, dt)
-    stroke, stood = motion[HIGH] - motion[LOW], motion[STOOD]
+    stroke, stood, speed = motion[HIGH] - motion[LOW], motion[STOOD], z[1]
+    claimed, own = by_motion(z, p, reference), own_noise(z, reference, deflection_variance)
     taken = correct_force(z, p, reference, measured, variance, deflection_variance, dt, stroke, monitor, pull, stood)
+    if monitor[2] < SOFT_GATE:
+        compare(motion, speed, claimed, monitor[0] * monitor[0] - monitor[1] + own + claimed, dt)
     return TAKEN if taken else REJECTED

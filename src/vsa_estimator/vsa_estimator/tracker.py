@@ -5,7 +5,17 @@ from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
-from vsa_estimator.excitation import ACCELERATION_SQUARE, DOUBTS, HIGH, LOW, NEAR_KINK, appraise, no_motion
+from vsa_estimator.excitation import (
+    ACCELERATION_SQUARE,
+    DOUBTS,
+    HIGH,
+    LOW,
+    NEAR_KINK,
+    SHARES,
+    appraise,
+    no_motion,
+    roughen,
+)
 from vsa_estimator.filter import HARD_GATE, LEAST_STROKE
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
@@ -49,6 +59,7 @@ class Tracker:
         self._watched: deque[float] = deque(maxlen=int(WATCH_TIME * rate))
         self._watched_sum = 0.0
         self._motion = no_motion()
+        self._found[SHARES:] = 1.0
         self._appraisal: Appraisal | None = None
         self._force_variance = math.inf  # of the last force's noise [N^2]
 
@@ -108,6 +119,7 @@ class Tracker:
         self.p[1, 1] = START_SPEED_STD**2
         self.p[2, 2] = START_ACCELERATION_STD**2
         self._motion[HIGH] = self._motion[LOW] = deflection
+        roughen(self._motion)
         self.clear_watch()
 
     def forget(self, measured_force: float) -> None:
@@ -132,6 +144,7 @@ class Tracker:
         self.p[3, 4] = self.p[4, 3] = -dx * k2_variance
         self.pull[3:] = 0.0
         self.knows = False
+        roughen(self._motion)
         self.clear_watch()
 
     def learn(self, mean: Array, covariance: Array) -> None:
@@ -169,9 +182,14 @@ class Tracker:
         self._appraisal = None
         advance(self.known, dt, jerk_density)
 
+    def startle(self) -> None:
+        """The motion is livelier than it was: no longer to be called smooth."""
+        roughen(self._motion)
+
     def set_off(self, offset: float, duration: float) -> None:
         """The rod has left its way by `offset` [m] within `duration` [s]: by an acceleration that nobody foresaw."""
         self._appraisal = None
+        self.startle()
         way = np.array([1.0, 2.0 / duration, 2.0 / duration**2]) * offset
         self.p[:3, :3] += np.outer(way, way)
 
