@@ -32,6 +32,7 @@ STOP = 1.0  # data is kept for learning until this long after motion ends [s]
 MOVED = "looking whether the rod moved or the encoder jumped"
 RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
+ANOTHER = 30.0  # times the jerk density, at once: the motion has become another
 AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
 STIFFNESS_VALID = Estimate._fields.index("stiffness_valid") - Estimate._fields.index("deflection")  # where assessed
@@ -193,8 +194,9 @@ class Estimator:
             self._count_reset(reset)
             if not tracker.knows:
                 self._start_over(block.force if block.forces else self._force)
+        calm = self._jerk.density
         startled = tracker.knows and self._jerk.startled(tracker.deflection_nis)
-        if startled:
+        if self._jerk.density > ANOTHER * calm:
             tracker.startle()
         if startled or self._trust.reason:
             self._force_noise.interrupt()

@@ -10,7 +10,7 @@ KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes
 NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
 SMOOTH_MEMORY = 10.0  # over this long the force shows how smooth the motion is [s]
 CLEAR_SPEED = 0.3e-3  # where the friction's form says little [m/s]
-SPRING_SHARE, PLACE_SHARE, SPEED_SHARE = 0.9, 0.4, 0.3  # of the claimed variances that stay, however smooth the motion
+SPRING_SHARE, PLACE_SHARE, SPEED_SHARE = 0.9, 0.4, 0.25  # of the claimed variances that stay, however smooth the motion
 HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 # What is remembered: travel [m]; leaky means of v^2 and a^2 without the filter's own uncertainty; leaky share of the

@@ -19,7 +19,7 @@ SOFT_GATE = 16.0  # normalised innovation squared from which a measurement count
 HARD_GATE = 100.0  # and from which it is rejected
 
 # Drift of [s k2 d1 d2 M F0 d0] a second: what keeps the filter awake over hours, far below what it knows in one.
-DRIFT = np.array([2.5e-10, 2.5e-6, 0.025, 2.5e8, 0.0, 2.5e-7, 2.5e-8])
+DRIFT = np.array([2.5e-11, 2.5e-7, 0.0025, 2.5e7, 0.0, 2.5e-8, 2.5e-9])
 
 REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
 REVERSAL_SPEED = 0.10e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
