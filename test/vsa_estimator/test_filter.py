@@ -87,8 +87,9 @@ def test_the_report_is_the_predicted_impedance_with_its_covariance_by_complex_st
     damping = complex_step_gradient(lambda z: z[5] + 3.0 * z[6] * z[1] ** 2, z)
     by = np.vstack([np.eye(SIZE)[:3], stiffness, damping, np.eye(SIZE)[7]])
     pulled = by[3:5] @ pull
-    spring, place, speed = shares
-    by[3] *= [place, 1.0, 1.0, spring, spring, *[1.0] * 5]
+    known, place, speed = shares
+    by[3:5] *= [1.0, 1.0, 1.0, known, known, known, known, 1.0, 1.0, 1.0]
+    by[3, 0] *= place
     by[4, 1] *= speed
     covariance = by @ p @ by.T
     covariance[3:5, 3:5] += np.outer(pulled, pulled)

@@ -10,7 +10,8 @@ KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes
 NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
 SMOOTH_MEMORY = 10.0  # over this long the force shows how smooth the motion is [s]
 CLEAR_SPEED = 0.3e-3  # where the friction's form says little [m/s]
-SPRING_SHARE, PLACE_SHARE, SPEED_SHARE = 0.9, 0.4, 0.25  # of the claimed variances that stay, however smooth the motion
+# Of the claimed variances of coefficients, place and speed, what stays however smooth the motion.
+KNOWN_SHARE, PLACE_SHARE, SPEED_SHARE = 0.85, 0.4, 0.25
 HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 # What is remembered: travel [m]; leaky means of v^2 and a^2 without the filter's own uncertainty; leaky share of the
@@ -107,7 +108,9 @@ def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_s
     felt = inertia_variance * motion[ACCELERATION_SQUARE] > force_variance
     learned = inertia_variance * (1.0 if felt else max(0.0, 1.0 - p[7, 7] / inertia_std**2))
     hidden = HIDDEN * z[4] * spring * np.exp(-z[3])
-    out[K2_VARIANCE] = p[4, 4] + hidden * hidden * learned
+    share = 1.0 if felt else max(share_shown(motion), min(1.0, motion[BEYOND] / OFTEN))
+    known = KNOWN_SHARE + (1.0 - KNOWN_SHARE) * share
+    out[K2_VARIANCE] = known * p[4, 4] + hidden * hidden * learned
     out[D2_VARIANCE] = p[6, 6] + (d2 * cubic_pull) ** 2 + (2.0 * kink * d2) ** 2
     out[INERTIA_VARIANCE] = inertia_variance
     out[INERTIAL_FORCE] = mass * np.sqrt(max(motion[ACCELERATION_SQUARE], 0.0))
@@ -115,7 +118,6 @@ def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_s
     out[DOUBTS + 1] = kink * z[5]
     out[DOUBTS + 2] = d2 * cubic_pull
     out[DOUBTS + 3] = inertia_variance
-    share = 1.0 if felt else max(share_shown(motion), min(1.0, motion[BEYOND] / OFTEN))
-    out[SHARES] = np.sqrt(SPRING_SHARE + (1.0 - SPRING_SHARE) * share)
+    out[SHARES] = np.sqrt(known)
     out[SHARES + 1] = np.sqrt(PLACE_SHARE + (1.0 - PLACE_SHARE) * share)
     out[SHARES + 2] = np.sqrt(max(share, SPEED_SHARE))

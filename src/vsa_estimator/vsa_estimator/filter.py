@@ -192,7 +192,7 @@ def report(
     variances; covariances stiffness-damping, stiffness-inertia, damping-inertia; v*.
 
     Beyond the covariance: what `pull` does counts as one standard deviation; doubts are standard deviations of
-    stiffness, d1 and d2, the variance of the inertia, and shares of the claimed errors of spring, place and speed.
+    stiffness, d1 and d2, the variance of the inertia, and shares of what is claimed of coefficients, place and speed.
     Gradients are carried back to z instead of p ahead.
     """
     t, q = ahead, jerk_density
@@ -204,14 +204,14 @@ def report(
     w = maximum_speed(d1, d2)
     c = min(max(v, -w), w)
     slope = 6.0 * d2 * c  # of the damping, by the speed
-    by_spring, by_place, by_speed = doubts[4], k2 * doubts[5], slope * doubts[6]
+    by_known, by_place, by_speed = doubts[4], k2 * doubts[5], slope * doubts[6]
     p_ln = np.empty(SIZE)
     p_damping = np.empty(SIZE)
     for i in range(SIZE):
         row = p[i]
         place = row[0] + t * row[1] + half * row[2]
-        p_ln[i] = by_place * place + by_spring * (row[3] + dx * row[4])
-        p_damping[i] = by_speed * (row[1] + t * row[2]) + row[5] + 3.0 * c * c * row[6]
+        p_ln[i] = by_place * place + by_known * (row[3] + dx * row[4])
+        p_damping[i] = by_speed * (row[1] + t * row[2]) + by_known * (row[5] + 3.0 * c * c * row[6])
     pulled_ln = k2 * (pull[0] + t * pull[1] + half * pull[2]) + pull[3] + dx * pull[4]
     pulled_damping = slope * (pull[1] + t * pull[2]) + pull[5] + 3.0 * c * c * pull[6]
     out[0] = x
@@ -222,16 +222,17 @@ def report(
     out[4] = z[2]
     out[5] = p[2, 2] + q * t
     out[6] = sigma
-    out[7] = by_place * (p_ln[0] + t * p_ln[1] + half * p_ln[2]) + by_spring * (p_ln[3] + dx * p_ln[4])
+    out[7] = by_place * (p_ln[0] + t * p_ln[1] + half * p_ln[2]) + by_known * (p_ln[3] + dx * p_ln[4])
     out[7] += k2 * k2 * q * t**5 / 20.0
     out[7] += pulled_ln * pulled_ln + (doubts[0] / sigma) ** 2
     out[8] = d1 + 3.0 * d2 * c * c
-    out[9] = by_speed * (p_damping[1] + t * p_damping[2]) + p_damping[5] + 3.0 * c * c * p_damping[6]
+    out[9] = by_speed * (p_damping[1] + t * p_damping[2]) + by_known * (p_damping[5] + 3.0 * c * c * p_damping[6])
     out[9] += slope * slope * q * t**3 / 3.0 + pulled_damping * pulled_damping
     out[9] += (3.0 * c * c * doubts[2]) ** 2 + doubts[1] ** 2
     out[10] = z[7]
     out[11] = doubts[3]
-    covariance = by_speed * (p_ln[1] + t * p_ln[2]) + p_ln[5] + 3.0 * c * c * p_ln[6] + k2 * slope * q * t**4 / 8.0
+    covariance = by_speed * (p_ln[1] + t * p_ln[2]) + by_known * (p_ln[5] + 3.0 * c * c * p_ln[6])
+    covariance += k2 * slope * q * t**4 / 8.0
     out[12] = sigma * (covariance + pulled_ln * pulled_damping)
     out[13] = sigma * p_ln[7]
     out[14] = p_damping[7]
