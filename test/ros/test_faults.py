@@ -362,7 +362,7 @@ def test_a_full_disk_ends_the_recording_readable_and_touches_nobody_else(healthy
     def trial():
         healthy.until(lambda: healthy.told("recorder", "readable", begin))
         told = time.time()
-        healthy.until(lambda: stamp(healthy.joints[-1][1]) > told + 0.5)
+        healthy.until(lambda: healthy.joints and stamp(healthy.joints[-1][1]) > told + 0.5)
         return healthy.relied_on()
 
     assert undisturbed(trial, healthy.recover)
