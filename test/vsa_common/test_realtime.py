@@ -22,6 +22,31 @@ def test_a_nice_value_holds_for_every_thread():
     assert answer(THREAD + code + "print(*[os.getpriority(os.PRIO_PROCESS, t) for t in threads])") == "19 19"
 
 
+def test_cores_hold_for_every_thread():
+    code = "core = max(os.sched_getaffinity(0)); print(*ask_for(RealTime(cores=str(core)))); "
+    code += "print([os.sched_getaffinity(int(t)) for t in os.listdir('/proc/self/task')] == 2 * [{core}])"
+    assert answer(THREAD + code) == "True"
+
+
+def test_cores_that_are_not_there_are_said_and_change_nothing():
+    code = "before = os.sched_getaffinity(0); "
+    code += "print(*ask_for(RealTime(cores='700')), *ask_for(RealTime(cores='one')), sep='\\n'); "
+    said = answer(code + "print(os.sched_getaffinity(0) == before)").splitlines()
+    assert [line.split("(")[0] for line in said] == [
+        "realtime.cores = '700' is not permitted ", "realtime.cores = 'one' is not permitted ", "True"
+    ]  # fmt: skip
+
+
+def test_for_a_while_is_for_a_while():
+    code = "from vsa_common.realtime import for_a_while; look = lambda: [(os.sched_getaffinity(int(t)), "
+    code += "os.sched_getscheduler(int(t))) for t in os.listdir('/proc/self/task')]; before = look(); "
+    code += "core = max(os.sched_getaffinity(0))\n"
+    code += "with for_a_while(RealTime(cores=str(core), priority=1)) as refused: during = look()\n"
+    code += "print({cores == {core} for cores, _ in during}, len(refused) or {kind for _, kind in during}, "
+    code += "look() == before, len(before))"
+    assert answer(THREAD + code) in ("{True} {1} True 2", "{True} 1 True 2")  # FIFO, or refused
+
+
 def test_a_wait_ends_when_it_should_in_threads_started_later_too():
     code = "import ctypes; from vsa_common.realtime import wake_on_time; libc = ctypes.CDLL(None); "
     code += "slack = lambda: libc.prctl(30, 0, 0, 0, 0); before = slack(); wake_on_time(); "
