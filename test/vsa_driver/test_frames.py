@@ -116,3 +116,17 @@ def test_the_quick_reader_reads_what_cantools_decodes(name):
     for _ in range(200):
         data = generator.bytes(reference.length)
         assert read(data) == tuple(reference.decode(data)[signal] for signal in names)
+
+
+@pytest.mark.parametrize("name", ["Transmission1", "Joint", "MotorState", "MotorCommand"])
+def test_the_quick_writer_writes_what_cantools_encodes(name):
+    message = FrameSet(RIG_DBC).message(name)
+    reference = cantools.database.load_file(RIG_DBC).get_message_by_name(name)
+    generator = np.random.default_rng(2)
+    for _ in range(200):
+        values = {}
+        for signal in reference.signals:
+            low, high = message.signal(signal.name).minimum, message.signal(signal.name).maximum
+            value = float(generator.uniform(0.0 if low is None else low, 1.0 if high is None else high))
+            values[signal.name] = value if message.signal(signal.name).step < 1.0 else round(value)
+        assert message.encode(values) == reference.encode(values)

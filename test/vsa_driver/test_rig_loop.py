@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+from favour import undisturbed, watched
 from vsa_driver.bus import Bus, BusConfig, BusError, open_bus
 from vsa_driver.frames import RIG_DBC, FrameSet
 from vsa_driver.rig.config import MotorConfig, RigConfig
@@ -47,7 +48,8 @@ def decoded(heard, name):
 
 @pytest.fixture(scope="module")
 def quiet_run(tmp_path_factory):
-    return run(tmp_path_factory.mktemp("rig"), 300)
+    with watched():
+        return undisturbed(lambda: run(tmp_path_factory.mktemp("rig"), 300), lambda: None)
 
 
 def test_every_sample_has_a_frame_of_each_transmission_and_a_row_of_truth(quiet_run):

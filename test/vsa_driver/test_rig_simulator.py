@@ -9,6 +9,7 @@ import time
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from services import answer_of
 from std_srvs.srv import Trigger
 from vsa_driver.bus import BusConfig, open_bus
 from vsa_driver.frames import RIG_DBC, FrameSet
@@ -42,11 +43,13 @@ class Bench:
         self.executor.add_node(self.node)
 
     def call(self, kind, name, **fields):
-        client = self.node.create_client(kind, f"rig_simulator/{name}")
-        assert client.wait_for_service(60.0)
-        future = client.call_async(kind.Request(**fields))
-        self.executor.spin_until_future_complete(future, 60.0)
-        return future.result()
+        return answer_of(self.node, self.until, kind, f"rig_simulator/{name}", kind.Request(**fields))
+
+    def until(self, true):
+        end = time.monotonic() + 60.0
+        while not true():
+            assert time.monotonic() < end, "timeout"
+            self.executor.spin_once(timeout_sec=0.01)
 
     def samples(self, until):
         """(force, counter) of transmission 1 until `until` of one is true, for at most 60 s."""

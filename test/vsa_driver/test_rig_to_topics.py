@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
+from services import answer_of
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds
@@ -66,11 +67,7 @@ class Listener:
             self.executor.spin_once(timeout_sec=0.01)
 
     def call(self, kind, service, request):
-        client = self.node.create_client(kind, service)
-        self.until(client.service_is_ready)
-        future = client.call_async(request)
-        self.until(future.done)
-        return future.result()
+        return answer_of(self.node, self.until, kind, service, request)
 
     def connected(self):
         """Whether the driver has found this node: it finds subscriptions in order, and that to reports is last."""

@@ -10,6 +10,7 @@ import importlib
 import inspect
 import logging
 import os
+import select
 import socket
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -56,6 +57,10 @@ class Bus:
     def __init__(self, bus: can.BusABC, name: str) -> None:
         self._bus = bus
         self.name = name
+        self._datagrams: select.poll | None = None
+        if isinstance(bus, UdpMulticastBus):
+            self._datagrams = select.poll()
+            self._datagrams.register(bus.fileno(), select.POLLIN)
 
     def send(
         self, arbitration_id: int, data: bytes, extended: bool = False, fd: bool = False, error: bool = False
@@ -74,6 +79,8 @@ class Bus:
 
         Raises BusError when the bus failed, MalformedFrame for something that is no frame.
         """
+        if timeout == 0.0 and self._datagrams is not None and not self._datagrams.poll(0):
+            return None  # a tenth of the time that python-can takes to say so
         try:
             return self._bus.recv(timeout)
         except (can.CanError, OSError, ValueError) as error:  # ValueError: the descriptor was closed

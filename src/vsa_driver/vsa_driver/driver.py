@@ -54,7 +54,8 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._recent = Recent()
         self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
         self._rig = RigTopics(self, self._motors)
-        self.link = BusLink(config.bus, self._on_frame, self._on_down, on_quiet=self.on_quiet)
+        rest = self.common.realtime.rest
+        self.link = BusLink(config.bus, self._on_frame, self._on_down, on_quiet=self.on_quiet, rest=rest)
         try:
             self.link.open(self.polled)
         except BusError:

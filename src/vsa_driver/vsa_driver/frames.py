@@ -11,6 +11,8 @@ from cantools.database.can import Signal as CanSignal
 
 Values = tuple[int | float, ...]
 
+_EXACT = 52  # bits of a count that a float holds
+
 
 def _installed(name: str) -> Path:
     beside = Path(__file__).resolve().parent.parent / "config" / name  # source tree and symlink install
@@ -50,6 +52,8 @@ class Message:
         self.extended = message.is_extended_frame
         self.fd = message.is_fd
         self.length = message.length
+        plain = not message.is_multiplexed() and all(_is_plain(s) and s.length <= _EXACT for s in message.signals)
+        self._places = [_place(signal) for signal in message.signals] if plain else []
 
     def signal(self, name: str) -> Signal:
         """Description of a signal. Raises FrameError where there is none of that name."""
@@ -58,10 +62,22 @@ class Message:
 
     def encode(self, values: Mapping[str, float]) -> bytes:
         """Bytes of the frame from values in the DBC's units. Raises FrameError for one missing or out of range."""
+        if (data := self._quickly(values)) is not None:
+            return data
         try:
             return self._message.encode(dict(values), strict=True)
         except (cantools.database.Error, KeyError, ValueError, OverflowError, TypeError) as error:
             raise FrameError(f"{self.name}: {' '.join(str(error).split())}") from error
+
+    def _quickly(self, values: Mapping[str, float]) -> bytes | None:
+        """The same bytes a fifth of the time, for what `_plain_reader` reads; None for what cantools has to judge."""
+        word = 0
+        for name, start, mask, scale, offset, low, high in self._places:
+            value = values.get(name)
+            if value is None or not low <= value <= high:
+                return None
+            word |= (round((value - offset) / scale) & mask) << start
+        return word.to_bytes(self.length, "little") if 0 < len(values) == len(self._places) else None
 
     def decode(self, data: bytes) -> dict[str, float]:
         """Values of all signals in the DBC's units. Raises FrameError for a wrong length."""
@@ -120,6 +136,15 @@ def _is_plain(signal: CanSignal) -> bool:
 
 def _sign(signal: CanSignal) -> int:
     return 1 << (signal.length - 1) if signal.is_signed else 0
+
+
+def _place(signal: CanSignal) -> tuple[str, int, int, float, float, float, float]:
+    """Name, first bit, mask, scale and offset of a plain signal, and the values that surely fit."""
+    sign, mask = _sign(signal), (1 << signal.length) - 1
+    ends = sorted(raw * signal.scale + signal.offset for raw in (-sign, mask - sign))
+    low = ends[0] if signal.minimum is None else max(ends[0], signal.minimum)
+    high = ends[1] if signal.maximum is None else min(ends[1], signal.maximum)
+    return signal.name, signal.start, mask, signal.scale, signal.offset, low, high
 
 
 class FrameSet:

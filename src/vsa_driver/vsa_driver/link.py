@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from vsa_common.rest import Rest
 from vsa_driver.bus import Bus, BusConfig, BusError, Frame, MalformedFrame, open_bus
 
 BACKOFF_S = (0.05, 1.0)  # first and longest wait before the bus is opened again
@@ -15,6 +16,7 @@ _QUIET_S = 0.005  # how often a listener is told that nothing has come
 class BusLink:
     """Hands every frame to `on_frame` and tells `on_down` of a failure, from a thread of its own, or from `step`.
 
+    The thread rests for `rest` [s] between turns while it is busy.
     And `on_quiet`, where it is given, of the instant of the steady clock [ns] until which nothing has come.
     """
 
@@ -25,6 +27,7 @@ class BusLink:
         on_down: Callable[[str], None],
         opener: Callable[[BusConfig], Bus] = open_bus,
         on_quiet: Callable[[int], None] | None = None,
+        rest: float = 0.0,
     ) -> None:
         self.malformed = 0  # datagrams that were no frames
         self.failures = 0
@@ -38,6 +41,7 @@ class BusLink:
         self._opener = opener
         self._bus: Bus | None = None
         self._wait_s, self._again = BACKOFF_S[0], 0.0
+        self._rest_s = rest
         self._poll_s = _POLL_S if on_quiet is None else _QUIET_S
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
@@ -105,8 +109,13 @@ class BusLink:
         return True
 
     def _read(self) -> None:
+        rest = Rest(self._rest_s)
         while not self._stopping.is_set():
             self.step(self._poll_s)
+            if (seconds := rest.due()) > 0.0:
+                while self.step(0.0) and not self._stopping.is_set():
+                    pass
+                self._stopping.wait(seconds)
 
     def _mend(self, now: float, timeout: float) -> None:
         if now < self._again:

@@ -55,6 +55,19 @@ class Load(NamedTuple):
     fade_in: float
 
 
+# Where the numbers of a whole rig lie in one row: compiled code reads a named tuple that comes from Python at half a
+# microsecond a field.
+_SIDES = 2 * len(Transmission._fields)
+_JOINT_END = _SIDES + len(Joint._fields)
+CONSTANT, PUSH, TORQUE_FADE, CENTRE, KIND, MOTION_FADE = range(_JOINT_END, _JOINT_END + 6)
+
+
+def rig_numbers(p: Pair, j: Joint, load: Load, motion: Motion) -> Array:
+    """The numbers of transmissions, joint, load and motion in one row, for `advance_rig`."""
+    rest = (load.constant, load.push, load.fade_in, motion.centre, motion.kind, motion.fade_in)
+    return np.array([*p[0], *p[1], *j, *rest], float)
+
+
 SIDE = ("deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
 JOINT = ("angle", "angular_velocity", "external_torque", "tension_1", "tension_2", "motor_1", "motor_2")
 TRUTH = ("time", *(f"{name}_1" for name in SIDE), *(f"{name}_2" for name in SIDE), *JOINT)
@@ -158,6 +171,36 @@ def advance(
             derivative(trial, torque_at(time + step, load), then[0], then[1], p, j, k4)
             for i in range(STATES):
                 y[i] += step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
+
+
+@compiled
+def _transmission(n: Array) -> Transmission:
+    return Transmission(
+        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9] != 0.0, n[10], n[11], n[12], n[13], n[14]
+    )
+
+
+@compiled
+def advance_rig(
+    y: Array,
+    first: int,
+    substeps: int,
+    step: float,
+    numbers: Array,
+    tones: Array,
+    table: Array,
+    commanded: bool,
+    command: Array,
+    truth: Array,
+) -> None:
+    """`advance` with the rig's numbers in one row (`rig_numbers`), tones of the torque and table of the motion."""
+    n, half = numbers, _SIDES // 2
+    p = _transmission(n[:half]), _transmission(n[half:_SIDES])
+    j = n[_SIDES:_JOINT_END]
+    joint = Joint(j[0], j[1], j[2], j[3], j[4], j[5], j[6], j[7], j[8])
+    load = Load(n[CONSTANT], n[PUSH], tones, n[TORQUE_FADE])
+    motion = Motion(n[CENTRE], int(n[KIND]), table, n[MOTION_FADE])
+    advance(y, first, substeps, step, p, joint, load, motion, commanded, command, truth)
 
 
 @compiled

@@ -7,7 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.configuration import ConfigurationError
 from vsa_driver.rig.config import MotorConfig, RigConfig, TorqueConfig
-from vsa_driver.rig.dynamics import ANGLE, Q1, Q2, STATES, TRUTH, X1, X2, Joint, Load, advance, balanced_travels
+from vsa_driver.rig.dynamics import (
+    ANGLE,
+    PUSH,
+    Q1,
+    Q2,
+    STATES,
+    TRUTH,
+    X1,
+    X2,
+    Joint,
+    Load,
+    advance_rig,
+    balanced_travels,
+    rig_numbers,
+)
 from vsa_driver.rig.motion import motion_from, position
 from vsa_driver.rig.sensors import Readings, Sensors
 from vsa_driver.rig.transmission import spring_deflection, spring_force, substeps_for, transmission_from
@@ -43,6 +57,8 @@ class Rig:
         self._j = _joint_from(config)
         self._motion = motion_from(config.profile)
         self._tones = _torque_tones(config.torque)
+        load = Load(config.torque.constant, 0.0, self._tones, config.torque.fade_in)
+        self._numbers = rig_numbers(self._p, self._j, load, self._motion)
         self._substeps = max(substeps_for(config.rate_hz, side) for side in self._p)
         self._step = 1.0 / (config.rate_hz * self._substeps)
         self._sensors = Sensors(config.sensors, config.seed)
@@ -73,18 +89,16 @@ class Rig:
         """The next `samples` samples. The motors' watchdog looks at the beginning."""
         wanted = self._motors.wanted(self.time, self.motors)
         travels = np.array(wanted or (0.0, 0.0)) * self.config.motors.pulley_radius
-        torque = self.config.torque
-        load = Load(torque.constant, float(self.push), self._tones, torque.fade_in)
         truth, first = np.empty((samples, len(TRUTH))), self.sample
-        advance(
+        self._numbers[PUSH] = self.push
+        advance_rig(
             self._state,
             first,
             self._substeps,
             self._step,
-            self._p,
-            self._j,
-            load,
-            self._motion,
+            self._numbers,
+            self._tones,
+            self._motion.table,
             wanted is not None,
             travels,
             truth,

@@ -18,6 +18,10 @@ DEFLECTION_1, DEFLECTION_2 = TRUTH.index("deflection_1"), TRUTH.index("deflectio
 ANGLE, TORQUE = TRUTH.index("angle"), TRUTH.index("external_torque")
 MOTOR_1 = TRUTH.index("motor_1")
 
+# Places of the sensors' numbers in one row
+FORCE_NOISE, FORCE_RESOLUTION, FORCE_RANGE = range(3)
+DEFLECTION_NOISE, DEFLECTION_RESOLUTION, ENCODER_START, ANGLE_NOISE, TORQUE_NOISE = range(3, 8)
+
 _NOISES = 6  # force, deflection of each side, angle, torque
 _DRAW = 4096  # samples whose noise is drawn at once
 
@@ -36,16 +40,9 @@ class Sensors:
     """Sensors with their own noise; blocks of any size give the same sequence."""
 
     def __init__(self, config: SensorConfig, seed: int) -> None:
-        self._numbers = _Numbers(
-            config.force_noise_std,
-            config.force_resolution,
-            config.force_range,
-            config.deflection_noise_std,
-            config.deflection_resolution,
-            config.encoder_start,
-            config.angle_noise_std,
-            config.torque_noise_std,
-        )
+        force = (config.force_noise_std, config.force_resolution, config.force_range)
+        deflection = (config.deflection_noise_std, config.deflection_resolution, config.encoder_start)
+        self._numbers = np.array([*force, *deflection, config.angle_noise_std, config.torque_noise_std], float)
         self._random = np.random.default_rng(seed)
         self._noise: Array = np.empty((0, _NOISES))
         self._used = 0
@@ -65,28 +62,17 @@ class Sensors:
         return self._noise[self._used - rows : self._used]
 
 
-class _Numbers(NamedTuple):
-    force_noise: float
-    force_resolution: float
-    force_range: float
-    deflection_noise: float
-    deflection_resolution: float
-    encoder_start: int
-    angle_noise: float
-    torque_noise: float
-
-
 @compiled
-def _measure(truth: Array, noise: Array, numbers: _Numbers, said: Array) -> None:
+def _measure(truth: Array, noise: Array, numbers: Array, said: Array) -> None:
     for i in range(truth.shape[0]):
         for side in range(2):
-            force = truth[i, FORCE_1 if side == 0 else FORCE_2] + numbers.force_noise * noise[i, side]
-            if numbers.force_resolution > 0.0:
-                force = round(force / numbers.force_resolution) * numbers.force_resolution
-            said[i, side] = min(max(force, -numbers.force_range), numbers.force_range)
+            force = truth[i, FORCE_1 if side == 0 else FORCE_2] + numbers[FORCE_NOISE] * noise[i, side]
+            if numbers[FORCE_RESOLUTION] > 0.0:
+                force = round(force / numbers[FORCE_RESOLUTION]) * numbers[FORCE_RESOLUTION]
+            said[i, side] = min(max(force, -numbers[FORCE_RANGE]), numbers[FORCE_RANGE])
             deflection = truth[i, DEFLECTION_1 if side == 0 else DEFLECTION_2]
-            deflection += numbers.deflection_noise * noise[i, 2 + side]
-            count = math.floor(deflection / numbers.deflection_resolution + 0.5) + numbers.encoder_start
+            deflection += numbers[DEFLECTION_NOISE] * noise[i, 2 + side]
+            count = math.floor(deflection / numbers[DEFLECTION_RESOLUTION] + 0.5) + numbers[ENCODER_START]
             said[i, 2 + side] = count % ENCODER_COUNTS
-        said[i, 4] = truth[i, ANGLE] + numbers.angle_noise * noise[i, 4]
-        said[i, 5] = truth[i, TORQUE] + numbers.torque_noise * noise[i, 5]
+        said[i, 4] = truth[i, ANGLE] + numbers[ANGLE_NOISE] * noise[i, 4]
+        said[i, 5] = truth[i, TORQUE] + numbers[TORQUE_NOISE] * noise[i, 5]
