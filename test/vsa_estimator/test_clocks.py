@@ -8,6 +8,7 @@ import time
 
 import pytest
 import rclpy
+from favour import timed
 from geometry_msgs.msg import WrenchStamped
 from rclpy.executors import SingleThreadedExecutor
 from rosgraph_msgs.msg import Clock
@@ -139,6 +140,7 @@ def test_without_a_clock_there_is_no_output_and_a_clock_that_stands_lets_nothing
     assert all(message.status != TransmissionImpedance.STALE for _, message in lab.heard)
 
 
+@timed
 def test_a_wall_clock_that_is_set_back_an_hour_leaves_the_watchdogs_alone(stepped):
     lab, offset = stepped
     lab.feed(time.time_ns(), 50)

@@ -169,6 +169,23 @@ def test_held_force_samples_are_counted_and_do_not_count_as_knowledge():
     assert estimate.k2 == pytest.approx(TRANSMISSION_1.k2, rel=0.01)
 
 
+def test_averaged_samples_do_not_wait_for_the_step_whenever_that_is_taken():
+    data = record(TRANSMISSION_1, MULTISINE, 12.0, rate=500)
+    prompt, late = Estimator(EstimatorConfig()), Estimator(EstimatorConfig())
+    waits = 0
+    for sample in zip(data.stamp_ns.tolist(), data.force.tolist(), data.deflection.tolist(), strict=True):
+        before = prompt._step_ns
+        estimate = prompt.add(*sample)
+        told_before_the_step = prompt._step_ns == before
+        while prompt.catch_up():
+            pass
+        waits += told_before_the_step and prompt._step_ns > before
+        assert estimate == late.add(*sample)
+    assert waits > 1000
+    assert prompt.state() == late.state()
+    assert not late.catch_up()
+
+
 def test_silence_grows_the_interval_goes_stale_and_then_invalid():
     estimator, estimate, rest, _ = converged()
     soon, later, late = (estimator.coast(estimate.stamp_ns + int(1e6 * ms)) for ms in (20, 50, 100))

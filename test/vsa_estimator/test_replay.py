@@ -20,6 +20,7 @@ from vsa_estimator.estimator import Estimator
 from vsa_estimator.recordings import is_complete, read_recordings
 from vsa_estimator.replay import FIELDS, main
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.values import ROW, Status, row_of
 
 SECONDS = 12.0
 COLUMNS = (
@@ -95,6 +96,30 @@ def test_a_bag_gives_what_the_live_estimator_gives(tmp_path, samples):
         assert_same(tmp_path / f"out/transmission_{side}.csv", by_hand(samples))
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert summary["transmission_2"]["rows_used"] == summary["transmission_2"]["rows_read"] == len(samples.force)
+
+
+def test_samples_all_at_once_are_told_what_each_is_told_by_itself():
+    data = record(TRANSMISSION_1, MULTISINE, 40.0, rate=1000)
+    stamp_ns, force, deflection = data.stamp_ns.copy(), data.force.copy(), data.deflection.copy()
+    force[20_000] = deflection[21_000] = np.nan
+    force[22_000] += 5.0  # a spike
+    deflection[23_000:23_800] = deflection[23_000]  # stuck
+    stamp_ns[25_000] = stamp_ns[24_999]
+    stamp_ns[26_000:] += 400_000_000  # a gap
+    deflection[30_000:] += 2e-3  # a jump
+    stamp_ns[36_000:] -= 20_000_000_000  # and one of the clock
+    one, all_at_once = Estimator(EstimatorConfig()), Estimator(EstimatorConfig())
+    expected = [row_of(one.add(*sample)) for sample in zip(
+        stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True)]  # fmt: skip
+    ends = np.cumsum(np.random.default_rng(5).integers(1, 3000, 40))
+    parts = np.split(np.arange(len(force)), ends[ends < len(force)])
+    rows = np.concatenate([all_at_once.add_all(stamp_ns[part], force[part], deflection[part]) for part in parts])
+    np.testing.assert_array_equal(rows, np.array([np.broadcast_to(row, len(ROW)) for row in expected]))
+    assert np.isnan(rows[:, 0]).sum() == 3
+    assert {Status.CONVERGING, Status.VALID, Status.DEGRADED} <= set(rows[:, ROW.index("status")])
+    assert all_at_once.state() == one.state()
+    later_ns = int(stamp_ns[-1]) + 30_000_000
+    assert all_at_once.coast(later_ns) == one.coast(later_ns)
 
 
 def test_an_sqlite_bag_is_read_as_well(tmp_path, samples):

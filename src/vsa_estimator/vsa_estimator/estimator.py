@@ -7,22 +7,34 @@ same estimates to the bit: nothing here asks a clock, and long computations are 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_estimator import signs
-from vsa_estimator.assessment import BRIDGED, assess
+from vsa_estimator.assessment import (
+    BELIEFS,
+    BRIDGED,
+    FOLLOWED,
+    HOLDS,
+    REFERENCE,
+    Assessment,
+    assess,
+    follow,
+    follow_all,
+)
 from vsa_estimator.blocks import Block
 from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.health import Health
 from vsa_estimator.intake import DROP, JUMP
-from vsa_estimator.jerk import JerkDensity
+from vsa_estimator.jerk import LEAST, LEAST_HEAVY, JerkDensity
 from vsa_estimator.jump import Jump
 from vsa_estimator.learner import Learner
+from vsa_estimator.model import Array
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.observability import Known, explain, inertia_known, judge
-from vsa_estimator.samples import DEFLECTION_SPIKE, FORCE_SPIKE, UNDAMPED, Samples, take
+from vsa_estimator.samples import DEFLECTION_SPIKE, FORCE_SPIKE, UNDAMPED, Samples
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.trust import CONTRADICTION, SILENCE, Trust
-from vsa_estimator.values import Estimate, Reset, State, Status
+from vsa_estimator.values import Estimate, Reset, State, Status, no_rows, row_of
 from vsa_estimator.warm_up import warm_up
 
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
@@ -33,11 +45,12 @@ MOVED = "looking whether the rod moved or the encoder jumped"
 RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 ANOTHER = 30.0  # times the jerk density, at once: the motion has become another
+LIGHT = 0.3  # of the force's noise, up to which what moves the mass is not felt
 AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
-STIFFNESS_VALID = Estimate._fields.index("stiffness_valid") - Estimate._fields.index("deflection")  # where assessed
 COEFFICIENTS = 6  # of an appraisal, the first ones, go with each estimate
 _TUPLE = tuple.__new__
+_STATUS = tuple(Status)
 
 
 class Estimator:
@@ -56,47 +69,86 @@ class Estimator:
         self._deflection_rejected = 0
         self._estimate: Estimate | None
         self._started: bool
+        self._tracker: Tracker
+        self._left: list[Block] | None  # blocks that are to be taken, where a sample has left work to do
+        self._beliefs: Array
+        self._moments: NDArray[np.int64]
         self._begin()
         warm_up()
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
-        """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted."""
+        """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted.
+
+        Where samples are averaged the step that is due comes after the estimate: by `catch_up`, or before the next.
+        """
+        self._settle()
         samples = self._samples
-        verdict, found, instant_ns, blocks = take(samples.memory, samples.stamps, stamp_ns, force, deflection)
-        if verdict == DROP:
-            self._dropped += 1
-            return None
-        if verdict == JUMP:
-            self.reset(Reset.TIME_JUMP)
-            return self.add(stamp_ns, force, deflection)
-        self._blind = found & signs.BLINDED > 0
-        if not self._started:
-            self._start(instant_ns, force, deflection)
-        if found:
-            self._health.hear(found, stamp_ns)
-            self._force_rejected += found & FORCE_SPIKE > 0
-            self._deflection_rejected += found & DEFLECTION_SPIKE > 0
-        if blocks:
-            for block in samples.finished(blocks):
-                self._step(block)
-        if self._learner.works:
+        verdict, found, instant_ns, blocks, assessment = follow(
+            samples.memory, samples.stamps, self._tracker.known, self._beliefs, self._moments,
+            stamp_ns, force, deflection,
+        )  # fmt: skip
+        if verdict != FOLLOWED:
+            return self._heed(verdict, found, instant_ns, blocks, stamp_ns, force, deflection)
+        self._blind = False
+        return self._report(stamp_ns, instant_ns, force, assessment)
+
+    def add_all(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
+        """`add` of samples in arrays: a row with the fields of an Estimate from force_valid on for each, NaN for none.
+
+        To the bit what `add` says of each of them.
+        """
+        samples, end = self._samples, len(stamp_ns) - 1
+        rows = no_rows(len(stamp_ns))
+        first = 0
+        while first <= end:  # the last one by itself: it leaves all as `add` does
+            self._settle()
+            until, verdict, found, instant_ns, blocks = follow_all(
+                rows, samples.memory, samples.stamps, self._tracker.known, self._beliefs, self._moments,
+                stamp_ns, force, deflection, first, end,
+            )  # fmt: skip
+            if until > first:
+                self._fused += until - first
+                self._force = float(force[until - 1])
+            one = int(stamp_ns[until]), float(force[until]), float(deflection[until])
+            if verdict == FOLLOWED:
+                estimate = self.add(*one)
+            else:
+                estimate = self._heed(verdict, found, instant_ns, blocks, *one)
+            rows[until] = row_of(estimate)
+            first = until + 1
+        return rows
+
+    def catch_up(self) -> bool:
+        """Do one thing that the last sample has left to do, steps or a slice of learning; whether there was any."""
+        if self._left is None:
+            return False
+        blocks, self._left = self._left, None
+        if blocks and self._learner.works:
+            self._left = []
+        for block in blocks:
+            self._step(block)
+        if not blocks:
             self._learn()
-        self._fused += 1
-        self._force = force
-        self._stamp_ns, self._instant_ns = stamp_ns, instant_ns
-        if found & DEFLECTION_SPIKE:
-            deflection = math.nan
-        estimate = self._estimate = self._report(stamp_ns, deflection, True, False)
-        return estimate
+        if blocks or not self._learner.works:
+            self._believe()
+        return True
+
+    def _settle(self) -> None:
+        while self.catch_up():
+            pass
 
     def coast(self, stamp_ns: int) -> Estimate | None:
         """Estimate at an instant [ns] without a sample; STALE when silence lasts. None before the first sample."""
         last = self._estimate
         if last is None or stamp_ns <= self._stamp_ns:
             return None
+        self._settle()
         silence = (stamp_ns - self._stamp_ns) * 1e-9
         stale = silence >= max(STALE_PERIODS * self._samples.period_ns * 1e-9, STALE_TIME)
-        now = self._report(stamp_ns, math.nan, silence < INVALID_TIME, stale)
+        now = self._estimate_of(stamp_ns, assess(
+            self._tracker.known, self._beliefs, self._moments, stamp_ns, self._instant_ns + stamp_ns - self._stamp_ns,
+            math.nan, silence < INVALID_TIME, self._blind, stale,
+        ))  # fmt: skip
         shrunk = max(1.0, last.stiffness / max(now.stiffness, 1e-9))  # its variance grows, even where a spring slackens
         return now._replace(stiffness_variance=now.stiffness_variance * shrunk * shrunk)
 
@@ -108,6 +160,7 @@ class Estimator:
 
     def state(self) -> State:
         """What the estimator knows now."""
+        self._settle()
         tracker, estimate = self._tracker, self._estimate
         known = judge(tracker, self._force_noise.std) if estimate else Known(*[False] * 7)
         if estimate is None:
@@ -156,13 +209,60 @@ class Estimator:
         self._inertia_known = False
         self._averaged = 1  # samples in the last block
         self._estimate = None
+        self._left = None
         self._started = False
         self._has_fit = False
         self._stamp_ns = self._instant_ns = self._step_ns = self._epoch_ns = 0
         self._force = 0.0
-        self._seen = np.zeros(2)  # of `assess`
+        self._beliefs, self._moments = np.zeros(BELIEFS), np.zeros(2, dtype=np.int64)
         self._moved_ns = self._refreshed_ns = self._accepted_ns = 0
         self._audit_ns = self._audit_pause = AUDIT_FIRST
+
+    def _heed(
+        self, verdict: int, found: int, instant_ns: int, blocks: int, stamp_ns: int, force: float, deflection: float
+    ) -> Estimate | None:
+        """What a sample makes one do: drop it, start, hear signs of trouble, take steps, learn."""
+        if verdict == DROP:
+            self._dropped += 1
+            return None
+        if verdict == JUMP:
+            self.reset(Reset.TIME_JUMP)
+            return self.add(stamp_ns, force, deflection)
+        self._blind = found & signs.BLINDED > 0
+        if not self._started:
+            self._start(instant_ns, force, deflection)
+        if found:
+            self._health.hear(found, stamp_ns)
+            self._force_rejected += found & FORCE_SPIKE > 0
+            self._deflection_rejected += found & DEFLECTION_SPIKE > 0
+        finished, averaged = self._samples.finished(blocks), self._samples.averaged
+        if not averaged:
+            for block in finished:
+                self._step(block)
+            if self._learner.works:
+                self._learn()
+        elif finished or self._learner.works:
+            self._left = finished
+        if found or not averaged:
+            self._believe()
+        if found & DEFLECTION_SPIKE:
+            deflection = math.nan
+        return self._report(stamp_ns, instant_ns, force, assess(
+            self._tracker.known, self._beliefs, self._moments, stamp_ns, instant_ns, deflection,
+            True, self._blind, False,
+        ))  # fmt: skip
+
+    def _believe(self) -> None:
+        """What holds until the next sample that is to be heeded."""
+        tracker = self._tracker
+        self._force_variance = self._force_noise.std**2
+        self._behind = self._reset_count, self._reset_reason, *tracker.appraisal[:COEFFICIENTS]
+        self._moments[:] = self._step_ns, self._health.until_ns
+        self._beliefs[HOLDS] = not self._learner.works
+        self._beliefs[REFERENCE:] = (
+            tracker.reference, self._jerk.density, self._deflection_noise.std**2,
+            self._trust.reason != "", tracker.knows, self._inertia_known, *self._behind,
+        )  # fmt: skip
 
     def _start(self, instant_ns: int, force: float, deflection: float) -> None:
         self._tracker.start(deflection, force, self._deflection_noise.std**2)
@@ -262,7 +362,8 @@ class Estimator:
     def _refresh(self, block: Block) -> None:
         self._force_noise.refresh()
         self._deflection_noise.refresh()
-        self._jerk.refresh()
+        light = self._tracker.knows and self._tracker.greatest_inertial_force < LIGHT * self._force_noise.std
+        self._jerk.refresh(LEAST if light else LEAST_HEAVY)
         if self._tracker.knows and (block.stamp_ns < self._audit_ns or self._trust.reason):
             return
         if not self._tracker.knows and not self._has_fit and block.forces:
@@ -336,25 +437,14 @@ class Estimator:
         self._reset_count += 1
         self._reset_reason = reason
 
-    def _report(self, stamp_ns: int, deflection: float, heard: bool, stale: bool) -> Estimate:
-        """Estimate at the sample with this stamp, or so long after the last one, predicted from the last step."""
-        tracker, force_noise, deflection_noise = self._tracker, self._force_noise.std, self._deflection_noise.std
-        ahead = (self._instant_ns - self._step_ns + stamp_ns - self._stamp_ns) * 1e-9
-        doubted, knows = self._trust.reason != "", tracker.knows
-        complaining = doubted or self._health.complains(stamp_ns)
-        now = tracker.appraisal
-        assessment = assess(
-            tracker.known, self._seen, tracker.reference, ahead, self._jerk.density, deflection,
-            deflection_noise * deflection_noise, heard, heard and not (doubted or self._blind), knows,
-            self._inertia_known,
-        )  # fmt: skip
-        if stale:
-            status = Status.STALE
-        elif complaining and knows:
-            status = Status.DEGRADED
-        else:
-            status = Status.VALID if assessment[STIFFNESS_VALID] else Status.CONVERGING
+    def _report(self, stamp_ns: int, instant_ns: int, force: float, assessment: Assessment) -> Estimate:
+        self._fused += 1
+        self._force, self._stamp_ns, self._instant_ns = force, stamp_ns, instant_ns
+        estimate = self._estimate = self._estimate_of(stamp_ns, assessment)
+        return estimate
+
+    def _estimate_of(self, stamp_ns: int, assessment: Assessment) -> Estimate:
+        *known, status = assessment
         return _TUPLE(Estimate, (  # past the many arguments of its __new__, at every sample
-            stamp_ns, self._force, force_noise * force_noise, heard and not complaining, *assessment,
-            status, self._reset_count, self._reset_reason, *now[:COEFFICIENTS],
+            stamp_ns, self._force, self._force_variance, *known, _STATUS[status], *self._behind,
         ))  # fmt: skip

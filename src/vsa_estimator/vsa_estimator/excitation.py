@@ -10,8 +10,7 @@ KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes
 NEAR_KINK, OFTEN = 0.9, 0.05  # of v*, and the share of time beyond that from which on all of it counts
 SMOOTH_MEMORY = 10.0  # over this long the force shows how smooth the motion is [s]
 CLEAR_SPEED = 0.3e-3  # where the friction's form says little [m/s]
-# Of the claimed variances of coefficients, place and speed, what stays however smooth the motion.
-KNOWN_SHARE, PLACE_SHARE, SPEED_SHARE = 0.85, 0.4, 0.25
+PLACE_SHARE, SPEED_SHARE = 0.4, 0.25  # of the claimed variances, what stays however smooth the motion
 HIDDEN = 1.5  # with one tone nothing tells a wrong mass from a spring: so much of a learned one's error is hidden there
 
 # What is remembered: travel [m]; leaky means of v^2 and a^2 without the filter's own uncertainty; leaky share of the
@@ -21,7 +20,7 @@ HIGH, LOW, SPEED_SQUARE, ACCELERATION_SQUARE, BEYOND, STOOD, WEIGHT, X, A, XX, X
 
 # What `appraise` finds: variances of k2, d2 and M, the force that moves M [N], and the doubts of `filter.report`.
 K2_VARIANCE, D2_VARIANCE, INERTIA_VARIANCE, INERTIAL_FORCE, DOUBTS = range(5)
-SHARES, FINDINGS = DOUBTS + 4, DOUBTS + 7
+SHARES, FINDINGS = DOUBTS + 4, DOUBTS + 6
 
 
 def no_motion() -> Array:
@@ -109,8 +108,7 @@ def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_s
     learned = inertia_variance * (1.0 if felt else max(0.0, 1.0 - p[7, 7] / inertia_std**2))
     hidden = HIDDEN * z[4] * spring * np.exp(-z[3])
     share = 1.0 if felt else max(share_shown(motion), min(1.0, motion[BEYOND] / OFTEN))
-    known = KNOWN_SHARE + (1.0 - KNOWN_SHARE) * share
-    out[K2_VARIANCE] = known * p[4, 4] + hidden * hidden * learned
+    out[K2_VARIANCE] = p[4, 4] + hidden * hidden * learned
     out[D2_VARIANCE] = p[6, 6] + (d2 * cubic_pull) ** 2 + (2.0 * kink * d2) ** 2
     out[INERTIA_VARIANCE] = inertia_variance
     out[INERTIAL_FORCE] = mass * np.sqrt(max(motion[ACCELERATION_SQUARE], 0.0))
@@ -118,6 +116,5 @@ def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_s
     out[DOUBTS + 1] = kink * z[5]
     out[DOUBTS + 2] = d2 * cubic_pull
     out[DOUBTS + 3] = inertia_variance
-    out[SHARES] = np.sqrt(known)
-    out[SHARES + 1] = np.sqrt(PLACE_SHARE + (1.0 - PLACE_SHARE) * share)
-    out[SHARES + 2] = np.sqrt(max(share, SPEED_SHARE))
+    out[SHARES] = np.sqrt(PLACE_SHARE + (1.0 - PLACE_SHARE) * share)
+    out[SHARES + 1] = np.sqrt(max(share, SPEED_SHARE))

@@ -3,6 +3,8 @@
 One source: compiled where numba is there, plain numpy where it is not.
 """
 
+import math
+
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_estimator.model import (
@@ -28,6 +30,8 @@ LEAST_REVERSAL_FORCE = 0.015  # ... and by this at least [N] ...
 REVERSAL_TIME = 0.01  # ... and stays so for this long at least, and for as long as no clear speed is seen [s]
 
 OWN_NOISE = 0.5  # share of the encoder's noise, through the stiffness, by which a force counts for less
+
+KNOWN_SPEED = 0.2  # of v*: greatest standard deviation of a speed for which the kink there is softened
 
 LEAST_STROKE = 0.6  # k2 x stroke under which a bent spring looks like a straight one
 STROKE_MEMORY = 20.0  # time constant of the stroke that the filter remembers [s]
@@ -132,6 +136,26 @@ def own_noise(z: Array, reference: float, deflection_variance: float) -> float:
 
 
 @compiled
+def soften_kink(z: Array, speed_std: float, gradient: Array, hessian: Array) -> None:
+    """Derivatives of the damper's force by the speed, near v*, in the mean over a speed of that standard deviation.
+
+    The force bends down to v* and is held from there on. Who looks at one speed alone calls it sure just beyond.
+    A speed that is hardly known is left as it is: softened, it would explain whatever force there is.
+    """
+    speed, w = abs(z[1]), maximum_speed(z[5], z[6])
+    beyond = (speed - w) / max(speed_std, 1e-12)
+    if abs(beyond) > 4.0 or speed_std > KNOWN_SPEED * w:
+        return
+    density = math.exp(-0.5 * beyond * beyond) / math.sqrt(2.0 * math.pi)
+    below = 0.5 * math.erfc(beyond / math.sqrt(2.0))
+    bend = (1.0 + beyond * beyond) * below - beyond * density - min(beyond, 0.0) ** 2
+    slope = density - beyond * below + min(beyond, 0.0)
+    side = 1.0 if z[1] > 0.0 else -1.0
+    gradient[1] -= 6.0 * z[6] * w * speed_std * slope
+    hessian[1, 1] = 6.0 * z[6] * side * w * bend
+
+
+@compiled
 def correct_force(
     z: Array, p: Array, reference: float, measured: float, noise_variance: float, deflection_variance: float,
     dt: float, stroke: float, monitor: Array, pull: Array | None = None, stood: float = 0.0,
@@ -149,6 +173,7 @@ def correct_force(
     hessian = np.zeros((SIZE, SIZE))
     blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1])
     expected = force(z, reference, blur, gradient, hessian)
+    soften_kink(z, np.sqrt(p[1, 1]), gradient, hessian)
     curvature = hessian @ p
     mean = 0.0
     for i in range(SIZE):
@@ -157,7 +182,8 @@ def correct_force(
     unexplained = max(REVERSAL_SHARE * (z[9] + np.sqrt(p[9, 9])), LEAST_REVERSAL_FORCE)
     reversal = unexplained * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
     own = own_noise(z, reference, deflection_variance)
-    noise = noise_variance + reversal * reversal * max(1.0, max(REVERSAL_TIME, stood) / dt) + 0.5 * max(spread, 0.0)
+    alike = max(1.0, max(REVERSAL_TIME, stood) / dt)  # forces that share one error of the friction
+    noise = noise_variance + reversal * reversal * alike + 0.5 * max(spread, 0.0)
     innovation = measured - expected - 0.5 * mean
     ph = p @ gradient
     variance = gradient @ ph + noise + own
@@ -192,7 +218,7 @@ def report(
     variances; covariances stiffness-damping, stiffness-inertia, damping-inertia; v*.
 
     Beyond the covariance: what `pull` does counts as one standard deviation; doubts are standard deviations of
-    stiffness, d1 and d2, the variance of the inertia, and shares of what is claimed of coefficients, place and speed.
+    stiffness, d1 and d2, the variance of the inertia, and shares of what is claimed of place and speed.
     Gradients are carried back to z instead of p ahead.
     """
     t, q = ahead, jerk_density
@@ -204,14 +230,14 @@ def report(
     w = maximum_speed(d1, d2)
     c = min(max(v, -w), w)
     slope = 6.0 * d2 * c  # of the damping, by the speed
-    by_known, by_place, by_speed = doubts[4], k2 * doubts[5], slope * doubts[6]
+    by_place, by_speed = k2 * doubts[4], slope * doubts[5]
     p_ln = np.empty(SIZE)
     p_damping = np.empty(SIZE)
     for i in range(SIZE):
         row = p[i]
         place = row[0] + t * row[1] + half * row[2]
-        p_ln[i] = by_place * place + by_known * (row[3] + dx * row[4])
-        p_damping[i] = by_speed * (row[1] + t * row[2]) + by_known * (row[5] + 3.0 * c * c * row[6])
+        p_ln[i] = by_place * place + row[3] + dx * row[4]
+        p_damping[i] = by_speed * (row[1] + t * row[2]) + row[5] + 3.0 * c * c * row[6]
     pulled_ln = k2 * (pull[0] + t * pull[1] + half * pull[2]) + pull[3] + dx * pull[4]
     pulled_damping = slope * (pull[1] + t * pull[2]) + pull[5] + 3.0 * c * c * pull[6]
     out[0] = x
@@ -222,16 +248,16 @@ def report(
     out[4] = z[2]
     out[5] = p[2, 2] + q * t
     out[6] = sigma
-    out[7] = by_place * (p_ln[0] + t * p_ln[1] + half * p_ln[2]) + by_known * (p_ln[3] + dx * p_ln[4])
+    out[7] = by_place * (p_ln[0] + t * p_ln[1] + half * p_ln[2]) + p_ln[3] + dx * p_ln[4]
     out[7] += k2 * k2 * q * t**5 / 20.0
     out[7] += pulled_ln * pulled_ln + (doubts[0] / sigma) ** 2
     out[8] = d1 + 3.0 * d2 * c * c
-    out[9] = by_speed * (p_damping[1] + t * p_damping[2]) + by_known * (p_damping[5] + 3.0 * c * c * p_damping[6])
+    out[9] = by_speed * (p_damping[1] + t * p_damping[2]) + p_damping[5] + 3.0 * c * c * p_damping[6]
     out[9] += slope * slope * q * t**3 / 3.0 + pulled_damping * pulled_damping
     out[9] += (3.0 * c * c * doubts[2]) ** 2 + doubts[1] ** 2
     out[10] = z[7]
     out[11] = doubts[3]
-    covariance = by_speed * (p_ln[1] + t * p_ln[2]) + by_known * (p_ln[5] + 3.0 * c * c * p_ln[6])
+    covariance = by_speed * (p_ln[1] + t * p_ln[2]) + p_ln[5] + 3.0 * c * c * p_ln[6]
     covariance += k2 * slope * q * t**4 / 8.0
     out[12] = sigma * (covariance + pulled_ln * pulled_damping)
     out[13] = sigma * p_ln[7]

@@ -8,13 +8,14 @@ filtered rate. The kick is allowed for in the noise, and named in `reason` where
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_estimator import blocks, intake
 from vsa_estimator.blocks import Block
 from vsa_estimator.force_rate_filter import SIZE, Array, ForceRateFilter, OffsetFilter, R
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.rate_filter import RATE_FILTER, RateFilter
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.values import Estimate, Reset, State, Status
+from vsa_estimator.values import Estimate, Reset, State, Status, no_rows, row_of
 
 START_STD = np.array([2e-3, 5e-3, 2e-2, 1.0])  # of v, a, j in SI, and of the filtered rate [N/s]
 REVERSAL_SPEED = 0.3e-3  # [m/s]
@@ -61,6 +62,17 @@ class ForceRateEstimator:
         self._fused += 1
         self._force, self._stamp_ns = force, stamp_ns
         return self._report(stamp_ns)
+
+    def add_all(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
+        """As many samples at once; a row of `values.ROW` for each, NaN where it was dropped."""
+        rows = no_rows(len(stamp_ns))
+        for row, *sample in zip(rows, stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True):
+            row[:] = row_of(self.add(*sample))
+        return rows
+
+    def catch_up(self) -> bool:
+        """Nothing is ever left to do."""
+        return False
 
     def coast(self, stamp_ns: int) -> Estimate | None:
         """The last estimate, stale and then invalid; None before the first sample."""

@@ -2,6 +2,9 @@
 
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+from vsa_estimator.model import Array
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.values import Estimate, Reset, State
 
@@ -11,6 +14,14 @@ class TransmissionEstimator(Protocol):
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Take one paired sample in ([ns], [N], [m]); the estimate at its stamp, None where it was dropped."""
+        ...
+
+    def add_all(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
+        """As many samples at once; a row of `values.ROW` for each, NaN where it was dropped."""
+        ...
+
+    def catch_up(self) -> bool:
+        """Do now what the last sample has left to do; whether there was anything."""
         ...
 
     def state(self) -> State:

@@ -39,9 +39,10 @@ class Health:
         """Say `text` from now on for a while."""
         self._complaints[text] = stamp_ns + int(COMPLAINT_TIME * 1e9)
 
-    def complains(self, stamp_ns: int) -> bool:
-        """Whether a complaint stands at an instant."""
-        return bool(self._complaints) and max(self._complaints.values()) > stamp_ns
+    @property
+    def until_ns(self) -> int:
+        """Until when a complaint stands; 0 where none ever did."""
+        return max(self._complaints.values(), default=0)
 
     def complaints(self, stamp_ns: int) -> list[str]:
         """Complaints that stand at an instant."""

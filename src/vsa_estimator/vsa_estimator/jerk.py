@@ -10,7 +10,9 @@ from vsa_common.accel import compiled
 from vsa_estimator.model import Array
 
 CANDIDATES: Array = np.logspace(-8.0, 1.0, 19).astype(np.float64)  # [m^2/s^5]
-LEAST = 3e-6  # the filter never assumes less [m^2/s^5]
+# The filter never assumes less [m^2/s^5]: the more, the more noise of the place pulls k2 upward (by 6e-5 of it at 3e-6,
+# slow at 1 kHz); the less, the surer it is of a spring that is part mass.
+LEAST, LEAST_HEAVY = 3e-7, 3e-6
 STARTLED = 4.0  # leaky mean of the deflection's normalised innovation squared that tells of a sudden motion
 _STARTLE_GAIN, _STARTLE_LOUD = 0.3, 10.0  # one loud sample alone does not startle
 _LOUD = 16.0  # normalised innovation squared from which a sample says no more against a candidate
@@ -89,9 +91,9 @@ class JerkDensity:
         self._bank[8] = 25e-6
         self._started = True
 
-    def refresh(self) -> float:
-        """Close a window; the density [m^2/s^5] to use from now on."""
+    def refresh(self, least: float = LEAST_HEAVY) -> float:
+        """Close a window; the density [m^2/s^5] to use from now on, not below `least`."""
         self._recent.append(self._likelihood.copy())
         self._likelihood[:] = 0.0
-        self.density = max(LEAST, float(CANDIDATES[int(np.argmax(sum(self._recent)))]))
+        self.density = max(least, float(CANDIDATES[int(np.argmax(sum(self._recent)))]))
         return self.density

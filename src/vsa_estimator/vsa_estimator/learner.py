@@ -10,7 +10,7 @@ from vsa_estimator.startup import Fit, Regression
 KEPT = 40.0  # moving data remembered [s]
 LEAST_TIME = 1.0  # no attempt before [s]
 LEAST_SAMPLES = 40
-SLICE_RATE = 400.0  # [1/s]: evenly until the next refresh, so that no samples wait for a burst
+SLICE_RATE = 300.0  # [1/s]: evenly until the next refresh, so that no samples wait for a burst
 MOST_SLICES = 10.0  # at once
 SURE_DAMPING = 0.1  # relative standard deviation of d1: one sweep of the stroke does not part damper and spring
 

@@ -70,6 +70,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
         self.stamp_ns = self.arrival_ns = 0
         self._published_ns = self._state_ns = self._watched_ns = self._patient_ns = 0
+        self._overtaken = 0  # estimates that a prediction of a later instant was told before
         self._stamp_seen_ns = -1
         self._looked_ns = self._future_from_ns = 0
         self._recent = Recent()
@@ -114,6 +115,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             "samples_fused": state.samples_fused,
             "samples_dropped": state.samples_dropped,
             "unpaired": self._pairing.dropped,
+            "estimates_overtaken": self._overtaken,
             "force_rejected": state.force_rejected,
             "deflection_rejected": state.deflection_rejected,
             "force_repeated": state.force_repeated,
@@ -183,11 +185,21 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             if estimate.reset_count != self._reset_count and estimate.reset_reason is Reset.TIME_JUMP:
                 self._published_ns = self._state_ns = 0
             self._publish(estimate)
+            self.on_told()
 
     def on_estimate(self, estimate: Estimate) -> None:
         """Publish one estimate; whoever needs it sooner overrides this."""
         data = self._writer.write(estimate.stamp_ns, impedance_of(estimate))
         self._impedances.publish(estimate.stamp_ns, data, (estimate.status, estimate.stiffness_valid))
+
+    def on_told(self) -> None:
+        """Do what could wait until the estimate was out; whoever has no time now calls `catch_up` later."""
+        self.catch_up()
+
+    def catch_up(self) -> bool:
+        """Do something that the last sample has left to do; whether there was anything."""
+        with self.lock:
+            return self.active and self._estimator.catch_up()
 
     def on_state_due(self, estimate: Estimate) -> None:
         """Tell what is known, `state_rate` times a second; whoever has no time now calls `tell_state` later."""
@@ -195,6 +207,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def _publish(self, estimate: Estimate) -> None:
         if estimate.stamp_ns <= self._published_ns:
+            self._overtaken += 1
             return
         self._published_ns = estimate.stamp_ns
         if self._recorder is not None:

@@ -2,6 +2,7 @@
 
 import re
 import struct
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from vsa_common.bags import read_raw, topics
 from vsa_common.cdr import read_position, read_wrench
 from vsa_common.stamps import NANOSECONDS
 from vsa_common.tables import read_columns
-from vsa_estimator.pairing import Pairing, Sample
+from vsa_estimator.pairing import ENCODER, FORCE, pair_all
 from vsa_estimator.settings import NodeConfig
 
 CSV_COLUMNS = ("stamp", "force", "deflection")
@@ -88,12 +89,11 @@ def read_csv(path: Path, transmission: str) -> Recording:
 def read_bag(path: Path, transmission: str | None) -> list[Recording]:
     """Samples of the transmissions that a bag holds force and encoder of."""
     sources = _sources(path, transmission)
-    pairings = {name: Pairing(TOLERANCE_NS, WINDOW_NS) for name in sources}
-    samples: dict[str, list[Sample]] = {name: [] for name in sources}
+    halves = {name: _Halves() for name in sources}
     takers: dict[str, Callable[[bytes], None]] = {}
     for name, (force_topic, encoder_topic) in sources.items():
-        takers[force_topic] = _taker(read_wrench, pairings[name].add_force, samples[name])
-        takers[encoder_topic] = _taker(read_position, pairings[name].add_encoder, samples[name])
+        takers[force_topic] = halves[name].taker(FORCE, read_wrench)
+        takers[encoder_topic] = halves[name].taker(ENCODER, read_position)
     for topic, _, data in read_raw(path, list(takers)):
         try:
             takers[topic](data)
@@ -101,15 +101,13 @@ def read_bag(path: Path, transmission: str | None) -> list[Recording]:
             raise RecordingError(f"{path}: {topic}: a message ends too early: {error}") from error
     complete = is_complete(path)
     recordings = []
-    for name, found in samples.items():
-        if not found:
+    for name, found in halves.items():
+        stamp_ns, force, deflection = found.pairs()
+        if not len(stamp_ns):
             raise RecordingError(f"{path}: {name}: no force and encoder message with the same stamp")
-        stamps, force, deflection = zip(*found, strict=True)
-        stamp_ns = np.array(stamps, dtype=np.int64)
-        unpaired = pairings[name].dropped
-        stamp = stamp_ns / NANOSECONDS
+        unpaired = len(found.stamps) - 2 * len(stamp_ns)
         recordings.append(
-            Recording(path, name, stamp_ns, stamp, np.array(force), np.array(deflection), unpaired, complete)
+            Recording(path, name, stamp_ns, stamp_ns / NANOSECONDS, force, deflection, unpaired, complete)
         )
     return recordings
 
@@ -124,13 +122,27 @@ def is_complete(path: Path) -> bool:
     return True
 
 
-def _taker(
-    decode: Callable[[bytes], tuple[int, float]], add: Callable[[int, float], list[Sample]], samples: list[Sample]
-) -> Callable[[bytes], None]:
-    def take(data: bytes) -> None:
-        samples.extend(add(*decode(data)))
+class _Halves:
+    """Messages of one transmission in the order of the bag."""
 
-    return take
+    def __init__(self) -> None:
+        self.sensors, self.stamps, self.values = bytearray(), array("q"), array("d")
+
+    def taker(self, sensor: int, decode: Callable[[bytes], tuple[int, float]]) -> Callable[[bytes], None]:
+        """What keeps a message of `sensor`."""
+
+        def take(data: bytes) -> None:
+            stamp_ns, value = decode(data)
+            self.sensors.append(sensor)
+            self.stamps.append(stamp_ns)
+            self.values.append(value)
+
+        return take
+
+    def pairs(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Stamps [ns], forces [N] and deflections [m] of the samples."""
+        columns = (np.array(self.sensors), np.array(self.stamps), np.array(self.values))
+        return pair_all(*columns, TOLERANCE_NS, WINDOW_NS)
 
 
 def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str]]:

@@ -5,8 +5,6 @@ import json
 import sys
 import time
 from functools import partial
-from itertools import chain
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +18,9 @@ from vsa_common.terminal import progress
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.recordings import Recording, RecordingError, read_recordings, transmissions
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
-from vsa_estimator.values import Estimate, State
+from vsa_estimator.values import ROW, State
 
-CHUNK = 200  # samples between two looks at the progress bar
+CHUNK = 2000  # samples between two looks at the progress bar
 
 # Column of the output: field of Estimate, and whether its square root is meant.
 FIELDS = {
@@ -41,19 +39,16 @@ WHOLE = ("status", "stiffness_valid", "damping_valid", "inertia_valid")
 def replay(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[dict[str, NDArray[Any]], State]:
     """Output columns of the samples that were used, one row each, and the state at the end; `tell` hears shares."""
     estimator = create_estimator(config)
-    pick = itemgetter(*(Estimate._fields.index(field) for field in FIELDS.values()))
-    chunks, used = [], np.zeros(len(recording), dtype=bool)
+    chunks = []
     for first in range(0, len(recording), CHUNK):
         part = slice(first, first + CHUNK)
-        samples = recording.stamp_ns[part], recording.force[part], recording.deflection[part]
-        estimates = list(map(estimator.add, *(column.tolist() for column in samples)))
-        used[part] = [estimate is not None for estimate in estimates]
-        picked = chain.from_iterable(map(pick, filter(None, estimates)))
-        chunks.append(np.fromiter(picked, dtype=float).reshape(-1, len(FIELDS)))
-        tell(len(estimates) / len(recording))
-    table = np.concatenate(chunks).T
+        chunks.append(estimator.add_all(recording.stamp_ns[part], recording.force[part], recording.deflection[part]))
+        tell(len(chunks[-1]) / len(recording))
+    rows = np.concatenate(chunks)
+    used = ~np.isnan(rows[:, 0])
     columns: dict[str, NDArray[Any]] = {"stamp": recording.stamp[used]}
-    for name, values in zip(FIELDS, table, strict=True):
+    for name, field in FIELDS.items():
+        values = rows[used, ROW.index(field)]
         columns[name] = np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in WHOLE else values
     return columns, estimator.state()
 

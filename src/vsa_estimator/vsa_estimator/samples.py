@@ -74,6 +74,11 @@ class Samples:
         return float(self.memory[_BLOCKS + blocks.PERIOD])
 
     @property
+    def averaged(self) -> bool:
+        """Whether blocks hold several samples."""
+        return bool(blocks.averages(self.memory[_BLOCKS:_SIGNS]))
+
+    @property
     def force_noise(self) -> float:
         """Noise of the force, times what it should be."""
         return float(self.memory[_CLOCK - 2])

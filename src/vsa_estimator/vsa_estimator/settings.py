@@ -77,7 +77,9 @@ class NodeConfig(EstimatorConfig):
     pairing_tolerance: float = quantity(
         0.0, "s", 0.0, 0.1, "how far the stamps of force and encoder of one sample may be apart"
     )
-    reorder_window: float = quantity(0.1, "s", 0.0, 1.0, "how long a sample waits for its late partner")
+    reorder_window: float = quantity(
+        0.1, "s", 0.0, 1.0, "by how much one sensor may pass a stamp that the other had before that is given up"
+    )
     future_tolerance: float = quantity(0.1, "s", 0.0, 10.0, "stamps further ahead of the clock are refused")
     reliability: str = choice(
         "reliable", ("reliable", "best_effort"), "QoS of the sensor subscriptions; best_effort hears any driver"

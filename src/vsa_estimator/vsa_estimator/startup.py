@@ -41,11 +41,11 @@ class _Problem:
 
     rows: Rows
     dx: Array
-    force_variance: float
-    deflection_variance: float
-    reversal_variance: Array
-    blur: Array  # width of a reversal, with what smoothing and noise add [m/s]
+    alone: Array  # (BAND + 1, n): covariance of each row with those before it without noise of the motion [N^2]
+    shared: Array  # (3, 3, BAND + 1, n): covariance of value, slope and curvature of the motion, of the same rows
+    noise: Array  # (3, n, DRAWS): value, slope and curvature of noise as large as the encoder's
     friction: Array  # expected sign of the speed, as far as the rows tell it
+    friction_noise: Array  # (n, DRAWS): what noise of the speed does to it
 
     @classmethod
     def of(cls, rows: Rows, reference: float, force_noise_std: float, deflection_noise_std: float) -> "_Problem | None":
@@ -53,30 +53,38 @@ class _Problem:
         if np.count_nonzero(moving) < LEAST_ROWS:
             return None
         kept = rows.part(moving)
+        v, n = kept.velocity, kept.velocity.size
+        shared = np.zeros((3, 3, BAND + 1, n))
+        alone = np.zeros((BAND + 1, n))
+        for b in range(min(BAND + 1, n)):
+            apart = kept.place[b:] - kept.place[: n - b]
+            found = kept.shared[np.arange(b, n), np.minimum(apart, BAND)] * (apart <= BAND)[:, None, None]
+            shared[:, :, b, b:] = deflection_noise_std**2 * found.transpose(1, 2, 0)
+            alone[b, b:] = force_noise_std**2 * found[:, 0, 0]
         # A smoothed reversal is as wide as the window's change of speed.
         width = REVERSAL_SPEED**2 + (0.7 * kept.acceleration * kept.half_width) ** 2
-        reversal = (REVERSAL_FORCE * np.exp(-(kept.velocity**2) / width)) ** 2
+        alone[0] += (REVERSAL_FORCE * np.exp(-(v**2) / width)) ** 2
+        # and the sign of its speed is blurred by that and by noise [m/s]
         speed_variance = deflection_noise_std**2 * kept.shared[:, 0, 1, 1]
         blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * speed_variance + (0.5 * kept.acceleration * kept.half_width) ** 2)
-        friction = np.tanh(kept.velocity / blur)
+        noise = deflection_noise_std * kept.noise
+        speeds = v[:, None]
+        ahead, behind = (np.tanh((speeds + dv) / blur[:, None]) for dv in (noise[1], -noise[1]))
         return cls(
-            kept, kept.deflection - reference, force_noise_std**2, deflection_noise_std**2, reversal, blur, friction
+            kept, kept.deflection - reference, alone, shared, noise, np.tanh(v / blur), 0.5 * (ahead - behind)
         )  # fmt: skip
 
-    def covariance(self, sigma: Array, damping: Array, mass: float) -> Array:
+    def covariance(self, sigma: Array, damping: float, mass: float) -> Array:
         """Of the rows' forces [N^2] as `whiten` takes it, given the slopes by which noise of the motion enters them."""
-        rows = self.rows
-        slopes = np.column_stack([sigma, damping, np.full_like(sigma, mass)])
-        result = np.zeros((sigma.size, BAND + 1))
+        s = self.shared
+        earlier = np.zeros(s.shape[2:])
         for b in range(min(BAND + 1, sigma.size)):
-            later, earlier = slopes[b:], slopes[: sigma.size - b]
-            apart = rows.place[b:] - rows.place[: sigma.size - b]
-            shared = rows.shared[np.arange(b, sigma.size), np.minimum(apart, BAND)]
-            through_motion = np.einsum("ni,nij,nj->n", later, shared, earlier)
-            found = self.force_variance * shared[:, 0, 0] + self.deflection_variance * through_motion
-            result[b:, b] = np.where(apart <= BAND, found, 0.0)
-        result[:, 0] += self.reversal_variance
-        return result
+            earlier[b, b:] = sigma[: sigma.size - b]
+        of_spring = sigma * s[0, 0] + damping * s[1, 0] + mass * s[2, 0]
+        of_damper = sigma * s[0, 1] + damping * s[1, 1] + mass * s[2, 1]
+        of_mass = sigma * s[0, 2] + damping * s[1, 2] + mass * s[2, 2]
+        found = self.alone + of_spring * earlier + of_damper * damping + of_mass * mass
+        return np.ascontiguousarray(found.T)
 
 
 def _maximum_speed(d1: float, d2: float) -> float:
@@ -91,7 +99,7 @@ class _Bank:
         self._problem = problem
         self._speed = speed
         self._ln_k2 = prior.ln_k2 + np.linspace(-SPAN, SPAN, MEMBERS)
-        self._covariance = problem.covariance(np.full_like(problem.dx, 1e4), np.full_like(problem.dx, 4e3), 0.0)
+        self._covariance = problem.covariance(np.full_like(problem.dx, 1e4), 4e3, 0.0)
         self.cost = np.inf
 
     def refine(self, last: bool) -> Slices[None]:
@@ -101,7 +109,7 @@ class _Bank:
         yield
         design, pretended, target = yield from self._whitened(growth, k2)
         yield
-        chi2, chi2_of_truth = self._solve(design, pretended, target)
+        chi2, chi2_of_truth = yield from self._solve(design, pretended, target)
         yield
         self._inflation = INFLATION * max(1.0, float(chi2.min()) / max(target.size - 6, 1))
         best, mean, std = self._weigh(chi2, chi2_of_truth)
@@ -114,38 +122,47 @@ class _Bank:
             self._ln_k2 = mean + width * np.linspace(-1.0, 1.0, MEMBERS)
 
     def _whitened(self, growth: Array, k2: Array) -> Slices[tuple[Array, Array, Array]]:
-        """Design (MEMBERS, n, 6), what noise of its own pretends to know (MEMBERS, 6, 6), and the force (n,)."""
+        """Design (n, MEMBERS + 5), what noise of its own pretends to know (MEMBERS, 6, 6), and the force (n,).
+
+        The members' designs differ in their first column: a growth each, then five columns that all share.
+        """
         rows, v = self._problem.rows, self._problem.rows.velocity
         c = np.clip(v, -self._speed, self._speed)
-        linear = np.column_stack([c, c**3, rows.acceleration, np.ones(v.size), self._problem.friction])
-        noise = yield from self._regressor_noise(growth, k2, c)
-        columns = np.column_stack([growth.T, linear, rows.force, *noise])
+        wide = MEMBERS + 5
+        columns = np.empty((v.size, wide + 1 + DRAWS * wide))
+        columns[:, :MEMBERS] = growth.T
+        columns[:, MEMBERS:wide] = np.column_stack(
+            [c, c**3, rows.acceleration, np.ones(v.size), self._problem.friction]
+        )  # fmt: skip
+        columns[:, wide] = rows.force
+        drawn = columns[:, wide + 1 :].reshape(v.size, DRAWS, wide)
+        yield
+        self._draw(drawn, growth, k2, c)
         yield
         whiten(self._covariance, columns)
-        pretended = np.zeros((MEMBERS, 6, 6))
-        for draw in range(DRAWS):
-            first = MEMBERS + 6 + draw * (MEMBERS + 5)
-            yield
-            faked = self._designs(columns[:, first : first + MEMBERS + 5])
-            pretended += faked.transpose(0, 2, 1) @ faked / DRAWS
         yield
-        return self._designs(columns[:, : MEMBERS + 5]), pretended, columns[:, MEMBERS + 5]
+        pretended = np.mean([self._normal_of(drawn[:, draw]) for draw in range(DRAWS)], axis=0)
+        return columns[:, :wide], pretended, columns[:, wide]
 
-    def _solve(self, design: Array, pretended: Array, target: Array) -> tuple[Array, Array]:
+    def _solve(self, design: Array, pretended: Array, target: Array) -> Slices[tuple[Array, Array]]:
         """Corrected least squares with the prior; chi2 of each member, and what it would be without pretence."""
         prior = self._prior.mean / self._prior.std
-        measured = design.transpose(0, 2, 1) @ design
+        measured = self._normal_of(design)
         values, vectors = np.linalg.eigh(measured - pretended)
-        told = np.einsum("bij,bik,bkj->bj", vectors, measured, vectors)
+        yield
+        told = (vectors * (measured @ vectors)).sum(1)
         basis = vectors * (values > (1.0 - PRETENCE) * told)[:, None, :]
         projector = basis @ basis.transpose(0, 2, 1)
-        right = np.einsum("bij,bj->bi", projector, design.transpose(0, 2, 1) @ target) + prior
+        projected = np.empty((MEMBERS, 6))
+        projected[:, 0], projected[:, 1:] = np.split(target @ design, [MEMBERS])
+        right = np.einsum("bij,bj->bi", projector, projected * self._prior.std) + prior
         self._normal = (basis * np.maximum(values, 0.0)[:, None, :]) @ basis.transpose(0, 2, 1) + np.eye(6)
         self._spread = projector @ measured @ projector + np.eye(6)
         scaled = np.linalg.solve(self._normal, right[:, :, None])[:, :, 0]
         self._members = scaled * self._prior.std
-        residual = target - np.einsum("bij,bj->bi", design, scaled)
-        chi2 = (residual**2).sum(1) + ((scaled - prior) ** 2).sum(1)
+        own, shared = design[:, :MEMBERS] * self._members[:, 0], design[:, MEMBERS:] @ self._members[:, 1:].T
+        residual = target[:, None] - own - shared
+        chi2 = (residual**2).sum(0) + ((scaled - prior) ** 2).sum(1)
         faked = np.einsum("bi,bij,bj->b", scaled, pretended, scaled)
         return chi2, chi2 - faked + faked[int(np.argmin(chi2))]
 
@@ -166,30 +183,30 @@ class _Bank:
         self._speed = _maximum_speed(max(d1, 300.0), d2)
         # Noise of the speed counts by the damping at its most, or a fit too sure of a soft damper would believe itself.
         d1_std = float(np.sqrt(self._covariances()[best, 1, 1]))
-        damping = np.full(growth.size, min(max(d1 + 2.0 * d1_std, 300.0), 2e4))
+        damping = min(max(d1 + 2.0 * d1_std, 300.0), 2e4)
         self._covariance = self._problem.covariance(sigma, damping, max(mass, 0.0))
 
-    def _designs(self, columns: Array) -> Array:
-        """Design of each member, in units of the prior's standard deviations, from a growth each and what all share."""
-        design = np.empty((MEMBERS, columns.shape[0], 6))
-        design[:, :, 0] = columns[:, :MEMBERS].T
-        design[:, :, 1:] = columns[:, MEMBERS:]
-        design *= self._prior.std
-        return design
+    def _normal_of(self, design: Array) -> Array:
+        """Each member's design times itself (MEMBERS, 6, 6), in units of the prior's standard deviations."""
+        own, shared = design[:, :MEMBERS], design[:, MEMBERS:]
+        normal = np.empty((MEMBERS, 6, 6))
+        normal[:, 0, 0] = np.einsum("nb,nb->b", own, own)
+        normal[:, 0, 1:] = normal[:, 1:, 0] = own.T @ shared
+        normal[:, 1:, 1:] = shared.T @ shared
+        return normal * np.outer(self._prior.std, self._prior.std)
 
-    def _regressor_noise(self, growth: Array, k2: Array, c: Array) -> Slices[list[Array]]:
-        """What white noise of the deflection does to the columns, one (n, MEMBERS + 5) a draw."""
-        deflection, velocity, acceleration = np.sqrt(self._problem.deflection_variance) * self._problem.rows.noise
-        v, blur = self._problem.rows.velocity, self._problem.blur
-        moving = np.abs(v) < self._speed
-        found = []
-        for dx, dv, da in zip(deflection.T, velocity.T, acceleration.T, strict=True):
-            yield
-            nothing = np.zeros_like(dx)
-            friction = 0.5 * (np.tanh((v + dv) / blur) - np.tanh((v - dv) / blur))
-            linear = np.column_stack([moving * dv, 3.0 * c * c * moving * dv, da, nothing, friction])
-            found.append(np.column_stack([(k2[:, None] * growth * dx).T, linear]))
-        return found
+    def _draw(self, columns: Array, growth: Array, k2: Array, c: Array) -> None:
+        """Into (n, DRAWS, MEMBERS + 5) what white noise of the deflection does to the design."""
+        problem = self._problem
+        dx, dv, da = problem.noise
+        moving = (np.abs(problem.rows.velocity) < self._speed).astype(float)
+        steep = (k2[:, None] * growth).T
+        np.multiply(steep[:, None, :], dx[:, :, None], out=columns[:, :, :MEMBERS])
+        columns[:, :, MEMBERS] = moving[:, None] * dv
+        columns[:, :, MEMBERS + 1] = (3.0 * c * c * moving)[:, None] * dv
+        columns[:, :, MEMBERS + 2] = da
+        columns[:, :, MEMBERS + 3] = 0.0
+        columns[:, :, MEMBERS + 4] = problem.friction_noise
 
     def _covariances(self) -> Array:
         """Of every member's coefficients [k1 d1 d2 M F0 d0], (MEMBERS, 6, 6)."""
@@ -257,6 +274,7 @@ class Regression:
         widest = _maximum_speed(self.mean[1], self.mean[2])
         banks = []
         for speed in (widest, 0.5 * widest):
+            yield
             bank = _Bank(self, problem, speed)
             for index in range(PASSES):
                 yield from bank.refine(last=index == PASSES - 1)

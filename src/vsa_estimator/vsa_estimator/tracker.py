@@ -98,6 +98,18 @@ class Tracker:
         return float(self._motion[HIGH] - self._motion[LOW])
 
     @property
+    def _greatest_mass(self) -> float:
+        """What the mass may well be [kg]."""
+        return float(self.z[Z.M]) + math.sqrt(float(self.p[Z.M, Z.M]))
+
+    @property
+    def greatest_inertial_force(self) -> float:
+        """Root mean square of what may move the mass, as heavy and as much accelerated as it may well be [N]."""
+        return self._greatest_mass * math.sqrt(
+            max(float(self._motion[ACCELERATION_SQUARE]), 0.0) + float(self.p[Z.A, Z.A])
+        )
+
+    @property
     def enough_stroke(self) -> bool:
         """Whether the travel bends the spring's curve enough to tell k2."""
         return bool(self.z[Z.K2] * self.stroke > LEAST_STROKE)
@@ -119,7 +131,7 @@ class Tracker:
         self.p[1, 1] = START_SPEED_STD**2
         self.p[2, 2] = START_ACCELERATION_STD**2
         self._motion[HIGH] = self._motion[LOW] = deflection
-        roughen(self._motion)
+        self.startle()
         self.clear_watch()
 
     def forget(self, measured_force: float) -> None:
@@ -144,7 +156,7 @@ class Tracker:
         self.p[3, 4] = self.p[4, 3] = -dx * k2_variance
         self.pull[3:] = 0.0
         self.knows = False
-        roughen(self._motion)
+        self.startle()
         self.clear_watch()
 
     def learn(self, mean: Array, covariance: Array) -> None:
@@ -164,8 +176,8 @@ class Tracker:
         A mass that may be felt, at the data's `acceleration` [m/s^2] or in the brisk motion that the regression left
         out, confounds it; then the filter is believed. One that is not felt is compared with nothing but a start value.
         """
-        mass = float(self.z[Z.M]) + math.sqrt(float(self.p[Z.M, Z.M]))
-        if mass * max(acceleration, math.sqrt(max(self._motion[ACCELERATION_SQUARE], 0.0))) > 2.0 * force_noise_std:
+        acceleration = max(acceleration, math.sqrt(max(self._motion[ACCELERATION_SQUARE], 0.0)))
+        if self._greatest_mass * acceleration > 2.0 * force_noise_std:
             return False
         told = np.arange(SIZE - 3) != Z.M - 3
         covariance = covariance[np.ix_(told, told)]

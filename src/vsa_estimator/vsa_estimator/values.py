@@ -1,7 +1,11 @@
 """What the estimator hands out: named as in vsa_msgs, SI, immutable."""
 
+import math
 from enum import IntEnum
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 class Status(IntEnum):
@@ -66,6 +70,19 @@ class Estimate(NamedTuple):
     d2_variance: float
     force_offset: float  # [N]
     coulomb_friction: float  # [N]
+
+
+ROW = Estimate._fields[Estimate._fields.index("force_valid") :]  # what is told of a sample, by column of `no_rows`
+
+
+def no_rows(count: int) -> NDArray[np.float64]:
+    """As many rows of what is told of a sample, all NaN: dropped."""
+    return np.full((count, len(ROW)), np.nan)
+
+
+def row_of(estimate: Estimate | None) -> tuple[float, ...] | float:
+    """An estimate's row; NaN for none."""
+    return math.nan if estimate is None else estimate[-len(ROW) :]
 
 
 class State(NamedTuple):

@@ -1,11 +1,11 @@
 """Compile ahead of the first sample what is compiled."""
 
 import numpy as np
-from vsa_estimator.assessment import assess
+from vsa_estimator.assessment import BELIEFS, assess, follow
 from vsa_estimator.jerk import JerkDensity
 from vsa_estimator.noise_level import NoiseLevel
 from vsa_estimator.rows import BAND, whiten
-from vsa_estimator.samples import Samples, take
+from vsa_estimator.samples import Samples
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tracker import Tracker
 from vsa_estimator.witness import Coefficients, Witness
@@ -21,16 +21,17 @@ def warm_up() -> None:
         tracker.predict(0.01, 1e-3)
         tracker.correct_deflection(0.01, 1e-10)
         tracker.correct_force(30.0, 1e-4, 1e-10, 0.01)
-    heavy = tracker.appraisal.inertia_variance > 1.0
-    assess(tracker.known, np.zeros(2), 0.01, 0.001, 1e-3, 0.01, 1e-10, True, True, tracker.undamped, heavy)
+    beliefs, moments = np.zeros(BELIEFS), np.zeros(2, dtype=np.int64)
+    samples, heavy = Samples(EstimatorConfig()), tracker.appraisal.inertia_variance > 1.0
+    assess(tracker.known, beliefs, moments, 10**9, 10**9, 0.01, heavy, tracker.undamped, samples.averaged)
     tracker.expected_force(0.01)
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
-    witness, jerk, noise, samples = Witness(100.0), JerkDensity(), NoiseLevel(1.0, 0.0, 99), Samples(EstimatorConfig())
+    witness, jerk, noise = Witness(100.0), JerkDensity(), NoiseLevel(1.0, 0.0, 99)
     witness.keep(Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference))
     for stamp_ns in range(0, 10**9, 10**7):
         witness.add(1e-9 * stamp_ns, 0.01, 30.0)
         jerk.add(0.01, 1e-10, 0.01)
         noise.add(30.0, 10)
-        take(samples.memory, samples.stamps, stamp_ns, 30.0, 0.01)
+        follow(samples.memory, samples.stamps, tracker.known, beliefs, moments, stamp_ns, 30.0, 0.01)
     witness.explain()
     noise.refresh()
