@@ -3,7 +3,8 @@
 import pytest
 from vsa_common.configuration import ConfigurationError, build
 from vsa_joint.configuration import JointConfig
-from vsa_joint.fusion import QUEUE, JointFusion, Side
+from vsa_joint.fusion import JointFusion
+from vsa_joint.pairing import QUEUE, Side
 from vsa_joint.propagation import Rod
 from vsa_joint.status import ResetReason, Status
 
@@ -80,6 +81,73 @@ def test_frames_that_a_stall_held_up_pair_with_their_own_samples(side):
     assert [pair if side == 0 else pair[::-1] for pair in paired] == expected[: len(paired)]
     assert len(paired) >= len(expected) - 1  # the last may wait for its turn
     assert core.counts.unpaired == 0
+
+
+HELD_UP = [
+    [(1.69, 1.72), (2.64, 2.66), (7.03, 8.17), (8.40, 8.79), (9.03, 9.04), (10.46, 10.48)],
+    [(1.01, 1.03), (2.00, 2.02), (2.61, 3.04), (3.19, 3.54), (3.68, 3.70), (4.22, 4.23)],
+    [(2.01, 2.03), (2.80, 3.32), (5.14, 7.41), (7.54, 7.55), (8.10, 8.12)],
+]
+
+
+@pytest.mark.parametrize("frames", HELD_UP)
+@pytest.mark.parametrize("side", [0, 1])
+def test_frames_of_a_sender_that_was_interrupted_between_them_pair_with_their_own_samples(frames, side):
+    core, out = fusion(max_skew=0.005), []
+    run(core, 400, offset=0.02 - 0.04 * side)
+    for sample in frames:
+        for number, stamp in zip((side, 1 - side), sample, strict=True):
+            out.append(feed(core, number, 398.5 + stamp))
+    out += run(core, 440, offset=0.02 - 0.04 * side, first=420)
+    pairs = [tuple(round(ns / MS - 398.5, 2) for ns in e.transmission_stamp_ns) for e in out if e]
+    assert pairs[: len(frames)] == [sample if side == 0 else sample[::-1] for sample in frames]
+    assert core.counts.unpaired == 0
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_sample_torn_apart_by_a_long_silence_shifts_nothing(side):
+    core, out = fusion(max_skew=0.005), []
+    run(core, 400, offset=0.02 - 0.04 * side)
+    feed(core, side, 400.0)
+    feed(core, 1 - side, 576.7)  # of the same sample
+    for k in range(40):
+        for number in (side, 1 - side):
+            out.append(feed(core, number, 577.0 + 0.1 * k + 0.02 * (number != side)))
+    assert skews_ms(filter(None, out)) == pytest.approx([0.02] * 40, rel=1e-3)
+    assert core.counts.unpaired == 2
+
+
+@pytest.mark.parametrize("ahead", [0, 1])
+def test_after_a_silence_of_both_sides_their_own_samples_pair_again(ahead):
+    core, out = fusion(max_skew=0.005), []
+    for k in range(60):
+        for side in (0, 1):
+            feed(core, side, 20.0 * k + 0.02 * side)
+    for side in (0, 1):
+        feed(core, side, 1280.0 + 0.02 * side, status=Status.STALE)
+    feed(core, 1 - ahead, 1290.0, status=Status.STALE)  # when its neighbour speaks again, before it does itself
+    for k in range(8):  # all that was held up meanwhile, one after another
+        for side in (ahead, 1 - ahead):
+            estimate = feed(core, side, 1292.0 + 0.7 * k + 0.02 * (side != ahead))
+            out += [estimate] if estimate else []
+    assert len(out) == 8
+    assert skews_ms(out) == pytest.approx([0.02] * 8, rel=1e-3)
+    assert core.counts.unpaired == 0
+
+
+@pytest.mark.parametrize("silent", [0, 1])
+def test_one_side_s_prediction_pairs_with_what_the_other_measured_at_that_time(silent):
+    core = fusion(max_skew=0.005)
+    run(core, 60)
+    out = []
+    for k in range(60, 160):
+        estimates = [feed(core, 1 - silent, k + 0.3)]
+        if k >= 110 and k % 10 == 0:
+            estimates.append(feed(core, silent, k + 0.6, status=Status.STALE))
+        out += filter(None, estimates)
+    assert len(out) == 5
+    assert max(skews_ms(out)) < 0.5
+    assert all(e.status == Status.STALE for e in out)
 
 
 def test_sides_further_apart_than_max_skew_do_not_pair():

@@ -1,43 +1,17 @@
-"""Two streams of transmission estimates in, one stream of joint estimates out.
+"""Two streams of transmission estimates in, one stream of joint estimates out. Instants of the steady clock come in."""
 
-Sides pair by stamp, as close as half the sampling period and `max_skew` allow. Where the older samples of both are
-further apart, one side lacks a sample or the other one's frame was held up. The next samples tell, and are waited for:
-they are close to each other after a hold-up, and not after a loss. So a lost sample costs one pair and never shifts
-the pairing, and a late frame costs none. Instants of the steady clock come in as arguments.
-"""
-
-from collections import deque
 from dataclasses import dataclass
 from math import isfinite
 from typing import NamedTuple
 
 from vsa_joint import forces
 from vsa_joint.configuration import CONSISTENT, JointConfig
-from vsa_joint.propagation import Rod, consistent_branch, paper_branch, reflect
+from vsa_joint.pairing import Pairing, Side
+from vsa_joint.propagation import consistent_branch, paper_branch, reflect
 from vsa_joint.status import ResetReason, Status
 
 NANOSECONDS = 1e9
-QUEUE = 1000  # samples that wait for their partner
-PERIOD_GAIN = 1.0 / 64.0
 PERIODS = 5.0  # of silence before a side is stale
-ALIKE = 1.5  # ratio of the sides' periods up to which a sample of one side belongs to each of the other
-TIME_JUMP_NS = 500_000_000  # a stamp that far back is a clock or a bag that started over
-
-
-class Side(NamedTuple):
-    """One transmission at one instant, named as in TransmissionImpedance.msg (SI)."""
-
-    stamp_ns: int
-    force: float
-    force_variance: float
-    force_valid: bool
-    rod: Rod
-    stiffness_valid: bool
-    damping_valid: bool
-    inertia_valid: bool
-    status: int
-    reset_count: int = 0
-    reset_reason: int = 0
 
 
 class JointEstimate(NamedTuple):
@@ -89,20 +63,17 @@ class JointFusion:
         self._config = config
         self._joint, self._std = config.joint, config.std
         self._branch = consistent_branch if config.reflection == CONSISTENT else paper_branch
-        self._max_skew_ns = config.max_skew * NANOSECONDS
-        self._queues: tuple[deque[Side], deque[Side]] = (deque(maxlen=QUEUE), deque(maxlen=QUEUE))
-        self._newest_ns: list[int | None] = [None, None]
+        self._pairing = Pairing(config.max_skew * NANOSECONDS)
         self._arrival_ns: list[int | None] = [None, None]
-        self._period_ns = [0.0, 0.0]
         self._emitted_ns = 0
         self._resets = (0, 0)
         self._last = JointEstimate(0, (0, 0))
-        self._pairs = self._unpaired = self._dropped = 0
+        self._dropped = 0
 
     @property
     def counts(self) -> Counts:
         """Counters since the start."""
-        return Counts(self._pairs, self._unpaired, self._dropped)
+        return Counts(self._pairing.pairs, self._pairing.unpaired, self._dropped)
 
     @property
     def newest(self) -> JointEstimate:
@@ -111,42 +82,24 @@ class JointFusion:
 
     def add(self, side: int, sample: Side, now_ns: int) -> JointEstimate | None:
         """A sample of side 0 or 1, arrived at `now_ns` of a steady clock; an estimate where it completes a pair."""
-        if not (_finite(sample) and self._in_order(side, sample.stamp_ns)):
+        if not (_finite(sample) and self._pairing.take(side, sample)):
             self._dropped += 1
             return None
-        self._newest_ns[side], self._arrival_ns[side] = sample.stamp_ns, now_ns
-        queue, waiting = self._queues[side], self._queues[1 - side]
-        if len(queue) == QUEUE:
-            self._unpaired += 1
-        queue.append(sample)
-        limit = self._skew_limit_ns()
-        while queue and waiting:
-            skew = self._queues[0][0].stamp_ns - self._queues[1][0].stamp_ns
-            later, earlier = self._queues if skew > 0 else self._queues[::-1]
-            together = abs(skew) <= limit
-            if not together and self._in_step():
-                if len(later) == 1 or len(earlier) == 1:
-                    return None  # the next samples tell
-                if _held_up(later, earlier):
-                    together = abs(skew) <= self._max_skew_ns
-                    if not together:
-                        self._drop(later)
-            if together:
-                return self._emit(self._queues[0].popleft(), self._queues[1].popleft(), now_ns)
-            self._drop(earlier)
-        return None
+        self._arrival_ns[side] = now_ns
+        pair = self._pairing.next()
+        return None if pair is None else self._emit(*pair, now_ns)
 
     def check(self, now_ns: int) -> JointEstimate | None:
         """An invalid estimate when no pair came for too long, and why; call it every `status_period`."""
-        timeout = max(self._config.stale_timeout * NANOSECONDS, PERIODS * max(self._period_ns))
-        if self._pairs and now_ns - self._emitted_ns <= timeout:
+        timeout = max(self._config.stale_timeout * NANOSECONDS, PERIODS * self._pairing.period_ns)
+        if self._pairing.pairs and now_ns - self._emitted_ns <= timeout:
             return None
         silent = [
             name
             for name, arrival in zip(("transmission_1", "transmission_2"), self._arrival_ns, strict=True)
             if arrival is None or now_ns - arrival > timeout
         ]
-        if self._pairs or None not in self._arrival_ns:
+        if self._pairing.pairs or None not in self._arrival_ns:
             reason = f"{' and '.join(silent)} silent" if silent else "no stamps within max_skew of each other"
             status = Status.STALE
         else:
@@ -162,41 +115,7 @@ class JointFusion:
         )
         return self._last
 
-    def _in_order(self, side: int, stamp_ns: int) -> bool:
-        previous_ns = self._newest_ns[side]
-        if previous_ns is None:
-            return True
-        step = stamp_ns - previous_ns
-        if step > 0:
-            period = self._period_ns[side]
-            self._period_ns[side] = period + PERIOD_GAIN * (step - period) if period else float(step)
-            return True
-        if step < -TIME_JUMP_NS:
-            self._forget_after(stamp_ns + TIME_JUMP_NS)
-            return True
-        return False
-
-    def _forget_after(self, stamp_ns: int) -> None:
-        for queue in self._queues:
-            while queue and queue[-1].stamp_ns > stamp_ns:
-                queue.pop()
-                self._unpaired += 1
-
-    def _drop(self, queue: deque[Side]) -> None:
-        queue.popleft()
-        self._unpaired += 1
-
-    def _skew_limit_ns(self) -> float:
-        first, second = self._period_ns
-        return min(self._max_skew_ns, 0.5 * min(first, second)) if first and second else self._max_skew_ns
-
-    def _in_step(self) -> bool:
-        """Whether there was a pair, of sides whose samples come as often."""
-        low, high = sorted(self._period_ns)
-        return self._pairs > 0 and high <= ALIKE * low
-
     def _emit(self, first: Side, second: Side, now_ns: int) -> JointEstimate:
-        self._pairs += 1
         self._emitted_ns = now_ns
         config = self._config
         reflected = reflect((first.rod, second.rod), self._joint, self._std, self._branch)
@@ -247,12 +166,6 @@ class JointFusion:
             if side.reset_count != count:
                 return side.reset_reason
         return self._last.reset_reason
-
-
-def _held_up(later: deque[Side], earlier: deque[Side]) -> bool:
-    """Whether the oldest samples belong together, and the later one came late: then the next ones fit better."""
-    after_ns = earlier[1].stamp_ns
-    return abs(later[1].stamp_ns - after_ns) < abs(later[0].stamp_ns - after_ns)
 
 
 def _finite(sample: Side) -> bool:

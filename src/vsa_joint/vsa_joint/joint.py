@@ -17,8 +17,9 @@ from vsa_common.stamps import NANOSECONDS
 from vsa_common.throttled import Throttled
 from vsa_joint.configuration import CONSISTENT, JointConfig
 from vsa_joint.forces import unloaded_force
-from vsa_joint.fusion import JointEstimate, JointFusion, Side
+from vsa_joint.fusion import JointEstimate, JointFusion
 from vsa_joint.motors import MotorMap
+from vsa_joint.pairing import Side
 from vsa_joint.propagation import Rod
 from vsa_joint.springs import Range, Spring, Springs, learned_spring, reachable
 from vsa_joint.status import Status
