@@ -7,6 +7,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from favour import RIG, favoured, undisturbed, with_weight
 from sensor_msgs.msg import JointState
+from services import answer_of
 from std_srvs.srv import SetBool
 from vsa_bringup.demo import PARTS
 from vsa_bringup.isolation import claim_corner
@@ -113,12 +114,8 @@ def lab(tmp_path_factory):
         lab = Lab(stage)
         stage.request("rig_simulator/start")
         stage.spin(LEARNING)
-        lab.until(lambda: lab.joints and lab.joints[-1][1].stiffness_range_valid)
-        arm = stage.node.create_client(SetBool, "driver/arm")
-        lab.until(arm.service_is_ready)
-        answer = arm.call_async(SetBool.Request(data=True))
-        lab.until(answer.done)
-        assert answer.result().success
+        lab.until(lambda: lab.joints and lab.joints[-1][1].stiffness_range_valid, RESUMING)
+        assert answer_of(stage.node, lab.until, SetBool, "driver/arm", SetBool.Request(data=True)).success
         yield lab
 
 

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ from vsa_common import bags
 pytestmark = pytest.mark.skipif(not permitted(), reason="network namespaces are not permitted here")
 
 RATE = 200
-LEARN, SLOW, LOSSY, CUT, AFTER = 20.0, 3.0, 3.0, 3.0, 6.0  # s
+LEARN, CALM, SLOW, LOSSY, CUT, AFTER = 18.0, 2.0, 3.0, 3.0, 3.0, 6.0  # s
+HICCUPS = 0.04  # s for which cores may stand still, together, before samples are called missing
 ON_HOSTS = (
     {"driver": ("vsa_driver", "driver"), "rig_simulator": ("vsa_driver", "rig_simulator")},
     {
@@ -77,22 +79,25 @@ def run(tmp_path_factory):
             while not bag.exists() or bag.stat().st_size < 200_000:
                 assert time.monotonic() < end, [p.poll() for p in processes]
                 time.sleep(0.1)
+            shared = ["/dev/shm/fastrtps" in Path(f"/proc/{p.pid}/maps").read_text() for p in processes]
             spend("learn", LEARN)
+            undisturbed(lambda: spend("calm", CALM), lambda: None, HICCUPS)
             undisturbed(lambda: spend("slow", SLOW, delay=0.03, jitter=0.01), lambda: None, 0.1)
             spend("lossy", LOSSY, delay=0.0, jitter=0.0, loss=0.05)
-            spend("cut", CUT, loss=0.0, cut=True)
-            spend("after", AFTER, cut=False)
+            wire.loss = 0.0
+            undisturbed(lambda: [spend("cut", CUT, cut=True), spend("after", AFTER, cut=False)], lambda: None, HICCUPS)
         finally:
             for process in processes:
                 process.send_signal(signal.SIGINT)
             codes = [process.wait(15) for process in processes]
     assert codes == [0] * len(processes)
+    assert not any(shared)
     return Run(folder, times, wire)
 
 
 def test_estimates_cross_the_network_and_are_valid(run):
     assert run.carried > 1000
-    assert run.valid[run.during("learn", late=LEARN - 2.0)].all()
+    assert run.valid[run.during("calm")].all()
 
 
 def test_a_slow_network_delays_estimates_and_does_no_more(run):

@@ -15,7 +15,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from std_srvs.srv import Trigger
-from vsa_bringup.composed import OWED, Turns, nodes
+from vsa_bringup import composed
+from vsa_bringup.composed import OWED, DirectDriver, Turns, nodes
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds
 from vsa_driver.bus import BusConfig, open_bus
@@ -145,6 +146,7 @@ def test_samples_handed_on_by_a_call_give_the_estimates_that_topics_give(ros):
                 assert direct.joints[stamp] == separate.joints[stamp]
             assert len(common) > 0.9 * SAMPLES
 
+            spin_until(executor, lambda: max(direct.joints) >= together[0]._fusion.newest.stamp_ns)  # none on its way
             estimator.trigger_deactivate()
             direct.joints.clear()
             send(20)
@@ -249,8 +251,52 @@ def test_a_turn_that_took_long_leaves_nothing_to_pile_up(busy_s, least):
     spins = []
     executor = SimpleNamespace(spin_once=lambda timeout_sec: spins.append(timeout_sec))
     turn = Turns()
-    turn(executor, [])
+    turn(executor, [], 0.0)
     spins.clear()
     time.sleep(busy_s)  # what a turn of frames may take
-    turn(executor, [])
+    turn(executor, [], 0.0)
     assert least <= len(spins) <= OWED
+
+
+@pytest.mark.parametrize(("allowed_s", "waited_s"), [(1.0, composed.WAIT_S), (0.0, 0.0)], ids=["asleep", "busy"])
+def test_a_busy_turn_never_sleeps(monkeypatch, allowed_s, waited_s):
+    waits = []
+    monkeypatch.setattr(composed, "select", lambda *sets: waits.append(sets[3]) or ([], [], []))
+    Turns()(SimpleNamespace(spin_once=lambda timeout_sec: None), [], allowed_s)
+    assert waits == [waited_s]
+
+
+def test_a_turn_rests_only_when_nothing_is_left_to_read(monkeypatch):
+    slept, found = [], [[7], [7], []]
+    monkeypatch.setattr(composed, "select", lambda *_: (found.pop(0), [], []))
+    monkeypatch.setattr(composed.time, "sleep", slept.append)
+    monkeypatch.setattr(composed.Rest, "due", lambda _: 0.004)
+    turn = Turns(0.004)
+    for _ in range(3):
+        turn(SimpleNamespace(spin_once=lambda timeout_sec: None), [], 1.0)
+    assert (found, slept) == ([], [0.004])
+
+
+class Busy:
+    """An estimator with things left to do."""
+
+    def __init__(self, done, left):
+        self.arrival_ns, self._done, self.left = 1_000, done, left
+
+    def catch_up(self):
+        if self.left:
+            self._done.append(self.left.pop(0))
+            return True
+        return False
+
+    def coast(self, silence_ns):
+        self._done.append(silence_ns)
+
+
+def test_between_two_samples_one_thing_at_a_time_is_done_and_silence_comes_last():
+    done = []
+    driver = SimpleNamespace(estimators={"1": Busy(done, ["step 1", "learn 1"]), "2": Busy(done, ["step 2"])})
+    for count in (1, 2, 3, 5):
+        DirectDriver._on_quiet(driver, 5_000)
+        assert len(done) == count
+    assert done == ["step 1", "learn 1", "step 2", 4_000, 4_000]

@@ -8,6 +8,7 @@ import pytest
 import yaml
 from vsa_bringup.demo import clear, write_run
 from vsa_bringup.isolation import claim_corner
+from vsa_bringup.live_bench.cast import REST_S, Case, write_case
 from vsa_bringup.scenario import Scenario, ScenarioError, load_scenario
 from vsa_bringup.settings import base_parameters, lay_over, write_parameters
 from vsa_common.configuration import load
@@ -103,3 +104,34 @@ def test_rods_start_where_their_springs_balance(parameters):
         true = getattr(rig, f"transmission_{side}")
         ratio = start.k2 * (force - start.force_offset) / (true.k2 * (force - true.force_offset))
         assert ratio in (pytest.approx(2.0), pytest.approx(0.5))
+
+
+def realtime_of(path, node):
+    return yaml.safe_load(path.read_text())[node]["ros__parameters"].get("realtime", {})
+
+
+def test_in_a_live_bench_each_composed_joint_has_a_core_and_the_rigs_share_another(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {5, 2, 7})
+    write_case(tmp_path / "case.yaml", Case("composed", 1000, 2, 10.0), 40_000)
+    found = [
+        realtime_of(tmp_path / "case.yaml", f"/joint_{i}/{name}")
+        for i in (1, 2)
+        for name in ("driver", "rig_simulator")
+    ]
+    rig = {"cores": "2"}
+    assert found == [{"cores": "5", "busy": True}, rig, {"cores": "7", "busy": True}, rig]
+
+
+@pytest.mark.parametrize(
+    ("case", "asked"),
+    [
+        (Case("composed", 1000, 3, 10.0), {"rest": REST_S}),
+        (Case("separate", 1000, 1, 10.0), {"rest": REST_S}),
+        (Case("ordinary_executor", 1000, 1, 10.0), {}),
+    ],
+    ids=lambda value: getattr(value, "mode", ""),
+)
+def test_without_cores_to_spare_a_live_bench_leaves_them_to_the_kernel(tmp_path, monkeypatch, case, asked):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1, 2})
+    write_case(tmp_path / "case.yaml", case, 40_000)
+    assert realtime_of(tmp_path / "case.yaml", "/joint_1/driver") == asked

@@ -67,7 +67,7 @@ def _cases(options: argparse.Namespace) -> list[Case]:
     chosen = QUICK if options.quick else DEFAULT
     if options.mode or options.rate or options.joints:
         chosen = tuple(product(options.mode or (SEPARATE, COMPOSED), options.rate or (1000,), options.joints or (1,)))
-    return [Case(*one, duration, options.nice) for one in chosen for _ in range(options.repeat)]
+    return [Case(*one, duration, options.nice, options.asleep) for one in chosen for _ in range(options.repeat)]
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
@@ -83,6 +83,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--duration", type=float, metavar="S", help=f"of a run ({DURATION_S:g})")
     parser.add_argument("--repeat", type=int, default=1, metavar="N", help="runs of each kind")
     parser.add_argument("--nice", type=int, default=0, metavar="N", help="-20 to 19: beside the machine's other work")
+    parser.add_argument("--asleep", action="store_true", help="composed without realtime.busy: waits for frames asleep")
     parser.add_argument("--quick", action="store_true", help="1 kHz, separate and composed: within a minute")
     parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="png, svg or pdf")

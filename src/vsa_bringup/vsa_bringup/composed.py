@@ -22,6 +22,7 @@ from vsa_common.configuration import ConfigurationError
 from vsa_common.joints import joints
 from vsa_common.life import run
 from vsa_common.node import SuiteNode
+from vsa_common.rest import Rest
 from vsa_driver.capture import Sample
 from vsa_driver.driver import DriverNode
 from vsa_estimator.node import EstimatorNode, impedance_of
@@ -29,9 +30,10 @@ from vsa_estimator.values import Estimate
 from vsa_joint.joint import JointNode, side_of
 
 LOOK_NS = 5_000_000  # how often one side's silence is looked for while the other speaks
+FOLLOWS_NS = 10_000_000  # within which the other side's frame of the same sample comes
 WAIT_S = 1e-3  # for a frame, before everything else gets its turn; its turn comes as often where frames never end
 OWED = 10  # turns of everything else at most, after a turn of frames that took long
-FRAMES = 16  # taken at most from one bus, before the others and everything else
+FRAMES = 4  # taken at most from one bus, before the others and everything else, which would be due all at once
 SWITCH_S = 1e-4  # of Python's threads, where an interface needs one
 
 
@@ -52,6 +54,7 @@ class DirectEstimator(EstimatorNode):
             raise ConfigurationError(f"{name}: transmission = {self.config.transmission!r}: must be {transmission}")
         self._side = side
         self._joint = joint
+        self._untold: Estimate | None = None  # the one that a state is due of
 
     def listen(self) -> list[Subscription]:
         return []
@@ -62,7 +65,24 @@ class DirectEstimator(EstimatorNode):
     def take(self, stamp_ns: int, force: float, deflection: float) -> None:
         with self.lock:
             if self.active and not self.refuse(stamp_ns, "force"):
+                while self.catch_up():
+                    pass
                 super().take(stamp_ns, force, deflection)
+
+    def on_told(self) -> None:
+        """The other side's sample comes first."""
+
+    def on_state_due(self, estimate: Estimate) -> None:
+        self._untold = estimate
+
+    def catch_up(self) -> bool:
+        with self.lock:
+            if super().catch_up():
+                return True
+            estimate, self._untold = self._untold, None
+            if estimate is not None and self.active:
+                self.tell_state(estimate)
+            return estimate is not None
 
     def on_estimate(self, estimate: Estimate) -> None:
         self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_of(estimate)))
@@ -88,11 +108,13 @@ class DirectDriver(DriverNode):
         if not 0 <= sample.stamp_ns - self._looked_ns < LOOK_NS:
             self._looked_ns = sample.stamp_ns
             for estimator in self.estimators.values():  # by the stamps: others may still be waiting to be read
-                estimator.coast(sample.stamp_ns - estimator.stamp_ns)
+                estimator.coast(sample.stamp_ns - FOLLOWS_NS - estimator.stamp_ns)
 
     def _on_quiet(self, until_ns: int) -> None:
-        for estimator in self.estimators.values():
-            estimator.coast(until_ns - estimator.arrival_ns)
+        """Nothing has come: time for one thing that was left to do, and no more, as the next sample may come."""
+        if not any(estimator.catch_up() for estimator in self.estimators.values()):
+            for estimator in self.estimators.values():
+                estimator.coast(until_ns - estimator.arrival_ns)
 
 
 def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
@@ -106,17 +128,22 @@ def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
 
 
 class Turns:
-    """Reads the buses, and lets timers and services have their turn in between: no thread waits for another."""
+    """Reads the buses, and lets timers and services have their turn in between: no thread waits for another.
 
-    def __init__(self) -> None:
+    While it is busy it rests for `rest_s` [s] whenever nothing is left to read.
+    """
+
+    def __init__(self, rest_s: float = 0.0) -> None:
         self._spun = 0.0
+        self._rest = Rest(rest_s)
 
-    def __call__(self, executor: Executor, nodes: Sequence[SuiteNode[Any]]) -> None:
-        """One turn."""
+    def __call__(self, executor: Executor, nodes: Sequence[SuiteNode[Any]], wait_s: float) -> None:
+        """One turn: what has come of frames, a few at most, then everything else, one thing for each WAIT_S."""
         drivers = (node for node in nodes if isinstance(node, DirectDriver) and node.active)
         links = [driver.link for driver in drivers if driver.link.polled]
-        waited_for = {link.fileno(): link for link in links if link.fileno() >= 0}
-        ready = select(list(waited_for), [], [], WAIT_S)[0]
+        waited_for = [link.fileno() for link in links if link.fileno() >= 0]
+        rest = self._rest.due()
+        ready = select(waited_for, [], [], 0.0 if rest > 0.0 else min(wait_s, WAIT_S))[0]
         for link in links:
             for _ in range(FRAMES):
                 if not link.step(0.0):
@@ -127,6 +154,8 @@ class Turns:
             self._spun = now
             for _ in range(max(owed, 1)):
                 executor.spin_once(timeout_sec=0.0)
+        if rest > 0.0 and not ready:
+            time.sleep(rest)
 
 
 def each(spaces: Sequence[str]) -> int:
@@ -154,7 +183,7 @@ def main() -> int:
     except ConfigurationError as error:
         print(f"composed: {error}", file=sys.stderr)
         return 1
-    return each(found) if len(found) > 1 else run(lambda: nodes(found[0], polled=True), turn=Turns())
+    return each(found) if len(found) > 1 else run(lambda: nodes(found[0], polled=True), turn=Turns)
 
 
 if __name__ == "__main__":

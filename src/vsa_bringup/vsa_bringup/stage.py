@@ -27,8 +27,9 @@ from vsa_msgs.msg import CaptureCounters, JointImpedance
 READY_S = 60.0  # for all processes to be active, on a busy machine
 ANSWER_S = 5.0  # for a service to answer
 ASK_AGAIN_S = 2.0  # where no answer came
-SETTLE_S = 1.5  # for the last readers and writers to find each other, which only they know, on a busy machine
-SILENCE_S = 0.5  # the driver tells ten times a second which samples it had
+SETTLE_S = 2.5  # for the last readers and writers to find each other, which only they know, on a busy machine
+LISTEN_S = 0.1  # for at a time
+SILENCE_S = 1.5  # the driver tells ten times a second which samples it had; a host may stop it meanwhile
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Stage:
         self._executor = EventsExecutor()
         self._executor.add_node(self.node)
         self.arrivals_ns: list[tuple[int, int]] = []
-        self._counted = time.monotonic()
+        self._counters = 0
         self._states: dict[str, Any] = {}
         self._homes: dict[str, str] = {}  # process of each node
         self._readers: dict[str, int] = {}  # how many the driver has found of each of its topics; told while silent
@@ -154,16 +155,24 @@ class Stage:
 
     def spin_until_silent(self, limit: float) -> None:
         """Return when the driver has had no sample for a while, or after `limit` [s]."""
-        end = time.monotonic() + limit
-        self._counted = time.monotonic()
-        while time.monotonic() < min(self._counted + SILENCE_S, end):
-            self._executor.spin_once(timeout_sec=SILENCE_S)
+        self.spin_until_still(lambda: self._counters, limit)
+
+    def spin_until_still(self, progress: Callable[[], object], limit: float) -> None:
+        """Return when what `progress` tells has not changed for SILENCE_S of listening, or after `limit` [s].
+
+        However long the computer stood still meanwhile: what has come by then is heard first.
+        """
+        end, still, last = time.monotonic() + limit, 0, progress()
+        while still * LISTEN_S < SILENCE_S and time.monotonic() < end:
+            self.spin(LISTEN_S)
+            now = progress()
+            still, last = (still + 1 if now == last else 0), now
 
     def _on_joint(self, data: bytes) -> None:
         self.arrivals_ns.append((read_stamp(data), time.time_ns()))
 
     def _on_counters(self, _: bytes) -> None:
-        self._counted = time.monotonic()
+        self._counters += 1
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

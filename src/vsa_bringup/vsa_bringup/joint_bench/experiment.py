@@ -22,8 +22,9 @@ from vsa_driver.rig.rig import Rig
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.values import Estimate
 from vsa_joint.excitation import PERIOD
-from vsa_joint.fusion import JointEstimate, JointFusion, Side
+from vsa_joint.fusion import JointEstimate, JointFusion
 from vsa_joint.identification import Identified, average, from_motion, from_response, line_response
+from vsa_joint.pairing import Side
 from vsa_joint.propagation import Rod
 from vsa_joint.reflection import Impedance, consistent, paper, response, valid_frequency
 

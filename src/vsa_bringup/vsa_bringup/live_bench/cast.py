@@ -1,15 +1,19 @@
 """Which processes a run has, and the parameter file that they share."""
 
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from vsa_bringup.processes import executable
 from vsa_bringup.settings import Layer, base_parameters, write_parameters
 from vsa_bringup.stage import Part
 
 RIG_PRIORITY = 50  # where permitted: a real rig is no process that has to wait for others
+CONTROLLER_PRIORITY = 60  # likewise: a controller is what the estimates are for
 SEPARATE, COMPOSED, ORDINARY = MODES = ("separate", "composed", "ordinary_executor")
+REST_S = 0.004  # of threads that take a quarter of a core, where there is none for each
 
 
 @dataclass(frozen=True)
@@ -21,6 +25,7 @@ class Case:
     joints: int
     duration_s: float
     nice: int = 0  # of every process; below zero the machine's other work has to wait
+    asleep: bool = False  # composed, too, waits for frames asleep, though it has a core of its own
 
     @property
     def namespaces(self) -> list[str]:
@@ -71,6 +76,12 @@ def _member(case: Case, package: str, executable_name: str, node: str, space: st
     return Member(name, package, executable_name, nice=case.nice, namespace=space, node=node, ordinary=ordinary)
 
 
+def apart(case: Case) -> tuple[int, list[int]] | None:
+    """A core for rigs and subscriber, and one for each joint's process; None where there are too few, or processes."""
+    outside, *others = sorted(os.sched_getaffinity(0))
+    return (outside, others) if case.mode == COMPOSED and len(others) >= case.joints else None
+
+
 def write_case(path: Path, case: Case, first_port: int) -> None:
     """The parameter file: the paper's rig for every joint, each on a bus of its own."""
     rig = {
@@ -82,5 +93,12 @@ def write_case(path: Path, case: Case, first_port: int) -> None:
     layers: list[Layer] = [base_parameters(), {"rig_simulator": rig}]
     for i, space in enumerate(case.namespaces):
         bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={first_port + i}"]}
-        layers.append({f"/{space}/{node}": {"bus": bus} for node in ("driver", "rig_simulator")})
+        nodes: dict[str, dict[str, Any]] = {"driver": {"bus": bus}, "rig_simulator": {"bus": bus}}
+        if places := apart(case):
+            nodes["driver"]["realtime"] = {"cores": str(places[1][i]), "busy": not case.asleep}
+            nodes["rig_simulator"]["realtime"] = {"cores": str(places[0])}
+        elif case.mode != ORDINARY:
+            for node in ("driver", "estimator_1", "estimator_2", "joint"):
+                nodes.setdefault(node, {})["realtime"] = {"rest": REST_S}
+        layers.append({f"/{space}/{node}": values for node, values in nodes.items()})
     write_parameters(path, *layers)

@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from vsa_bringup.live_bench.cast import COMPOSED, Case
 from vsa_bringup.live_bench.score import Heard
-from vsa_common.cdr import Reader, read_counters
+from vsa_common.cdr import Reader, read_counters, read_stamp
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import NANOSECONDS
 from vsa_msgs.msg import CaptureCounters, JointImpedance
@@ -26,7 +26,6 @@ class Observer:
         self._case = case
         self._joints: dict[str, list[tuple[bytes, int]]] = {space: [] for space in case.namespaces}
         self._counters: dict[str, tuple[list[bytes], ...]] = {space: ([], []) for space in case.namespaces}
-        self._counted = time.monotonic()
         self._health: dict[str, tuple[str, dict[str, str]]] = {}
         subscribe = node.create_subscription
         self._ears = []
@@ -48,10 +47,14 @@ class Observer:
         alone = [name for name in names if not (node.count_publishers(name) and node.count_subscribers(name))]
         return alone + [ear.topic_name for ear in self._ears if not ear.get_publisher_count()]
 
-    def ended(self, silence_s: float) -> bool:
-        """Whether every rig is done and no driver has said anything for so long."""
-        done = all(self._rig(space)[0] == "done" for space in self._case.namespaces)
-        return done and time.monotonic() - self._counted > silence_s
+    def done(self) -> bool:
+        """Whether every rig has sent its last sample."""
+        return all(self._rig(space)[0] == "done" for space in self._case.namespaces)
+
+    def progress(self) -> tuple[int, ...]:
+        """How much has come of the drivers, and the stamps that the joints have got to."""
+        batches = [len(side) for sides in self._counters.values() for side in sides]
+        return *batches, *(read_stamp(joint[-1][0]) for joint in self._joints.values() if joint)
 
     def sent(self, space: str) -> int:
         """Samples that a rig has sent."""
@@ -70,7 +73,6 @@ class Observer:
         self._joints[space].append((data, time.time_ns()))
 
     def _on_counters(self, space: str, side: int, data: bytes) -> None:
-        self._counted = time.monotonic()
         self._counters[space][side].append(data)
 
     def _on_health(self, message: DiagnosticArray) -> None:

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from vsa_bringup.isolation import claim_corner
-from vsa_bringup.live_bench.cast import Case, rigs, suite, write_case
+from vsa_bringup.live_bench.cast import CONTROLLER_PRIORITY, Case, apart, rigs, suite, write_case
 from vsa_bringup.live_bench.lateness import Lateness
 from vsa_bringup.live_bench.observer import Observer
 from vsa_bringup.live_bench.score import Score, quantiles, score
 from vsa_bringup.live_bench.usage import cpu_seconds, resident_mb, stolen_seconds
 from vsa_bringup.processes import ProcessError
-from vsa_bringup.stage import READY_S, SETTLE_S, SILENCE_S, Stage
+from vsa_bringup.stage import READY_S, SETTLE_S, Stage
+from vsa_common.realtime import RealTime, for_a_while
 
 WARM_UP = 0.2  # share of the run after which memory is looked at first
 DRAIN_S = 5.0  # that what is queued up may take at the end, besides half the run
@@ -44,18 +45,19 @@ def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] 
         names = [part.name for part in [*simulated, *members]] + list(besides(stage))
         pids = {name: stage.group[name].pid for name in names}
         watched = pids | {"subscriber": os.getpid()}
-        for space in case.namespaces:
-            stage.request(f"/{space}/rig_simulator/start")
-        lateness.forget()
-        stolen = stolen_seconds()
-        begin, used = time.monotonic(), {name: cpu_seconds(pid) for name, pid in watched.items()}
-        stage.spin(WARM_UP * case.duration_s)
-        resident = sum(resident_mb(pids[part.name]) for part in members)
-        stage.spin((1.0 - WARM_UP) * case.duration_s)
-        grown = sum(resident_mb(pids[part.name]) for part in members) - resident
-        elapsed, stolen = time.monotonic() - begin, stolen_seconds() - stolen
-        cpu = {name: 100.0 * (cpu_seconds(pid) - used[name]) / elapsed for name, pid in watched.items()}
-        _drain(stage, observer, DRAIN_S + 0.5 * case.duration_s)
+        with for_a_while(_controller(case)):
+            for space in case.namespaces:
+                stage.request(f"/{space}/rig_simulator/start")
+            lateness.forget()
+            stolen = stolen_seconds()
+            begin, used = time.monotonic(), {name: cpu_seconds(pid) for name, pid in watched.items()}
+            stage.spin(WARM_UP * case.duration_s)
+            resident = sum(resident_mb(pids[part.name]) for part in members)
+            stage.spin((1.0 - WARM_UP) * case.duration_s)
+            grown = sum(resident_mb(pids[part.name]) for part in members) - resident
+            elapsed, stolen = time.monotonic() - begin, stolen_seconds() - stolen
+            cpu = {name: 100.0 * (cpu_seconds(pid) - used[name]) / elapsed for name, pid in watched.items()}
+            _drain(stage, observer, DRAIN_S + 0.5 * case.duration_s)
         machine = {
             "machine_late_ms": quantiles(1e3 * lateness.seconds()),
             "stolen_percent": round(100.0 * stolen / elapsed, 1),
@@ -81,6 +83,12 @@ def figures(case: Case, result: Score, cpu: dict[str, float], grown_mb: float) -
     }
 
 
+def _controller(case: Case) -> RealTime:
+    """What the subscriber asks for: before all others, and on the rigs' core, where they have one."""
+    places = apart(case)
+    return RealTime(priority=CONTROLLER_PRIORITY, cores=str(places[0]) if places else "")
+
+
 def _until_connected(stage: Stage, observer: Observer) -> None:
     end = time.monotonic() + READY_S
     while lonely := observer.unconnected():
@@ -92,5 +100,6 @@ def _until_connected(stage: Stage, observer: Observer) -> None:
 
 def _drain(stage: Stage, observer: Observer, limit_s: float) -> None:
     end = time.monotonic() + limit_s
-    while time.monotonic() < end and not observer.ended(SILENCE_S):
+    while time.monotonic() < end and not observer.done():
         stage.spin(0.1)
+    stage.spin_until_still(observer.progress, end - time.monotonic())

@@ -15,7 +15,9 @@ NOTE = (
     "Delay from the capture stamp of a sample's later CAN frame to its joint message in another process. machine: p99 "
     "of how late a process that does nothing and comes before all others is woken meanwhile; stolen: by the host of a "
     "virtual machine, in percent of one core. CPU of one core, suite alone. RSS: growth after the first fifth. "
-    "Simulated rig, bus and subscriber run on the same machine."
+    "Simulated rig, bus and subscriber run on the same machine. Where each joint can have a core beside theirs, it has "
+    "one to itself in composed, and never sleeps (realtime.cores and busy; not with --asleep). Else the suite rests "
+    "where a thread takes a quarter of a core (realtime.rest)."
 )
 SHORT = {"estimator_1": "est 1", "estimator_2": "est 2"}
 OUTSIDE = ("rig_simulator", "subscriber")
