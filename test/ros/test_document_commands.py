@@ -37,6 +37,8 @@ from vsa_common.configuration import load
 from vsa_common.tables import write_columns
 from vsa_driver.settings import DriverSettings
 
+pytestmark = pytest.mark.live
+
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(

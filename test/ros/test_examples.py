@@ -14,6 +14,8 @@ from rclpy.signals import SignalHandlerOptions
 from vsa_bringup.isolation import claim_corner
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
 
+pytestmark = pytest.mark.live
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "schedule_gains.py"
 
 

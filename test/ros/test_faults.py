@@ -11,8 +11,9 @@ from functools import partial
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from favour import RIG, favoured, timed, undisturbed, with_weight
+from favour import RIG, favoured, with_weight
 from geometry_msgs.msg import WrenchStamped
+from host import undisturbed
 from rcl_interfaces.srv import GetParameters
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -29,6 +30,8 @@ from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
+
+pytestmark = pytest.mark.live
 
 RATE = 250
 VALID, STALE = TransmissionImpedance.VALID, TransmissionImpedance.STALE
@@ -310,7 +313,6 @@ def test_a_subscriber_with_another_policy_hears_or_the_diagnostics_name_the_poli
     node.destroy_publisher(unreliable)
 
 
-@timed
 def test_a_starved_estimator_takes_the_newest_again_and_counts_what_it_missed(healthy):
     process = healthy.stage.group["estimator_1"]
     stopped = 6.0

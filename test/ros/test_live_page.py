@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from favour import undisturbed, watched
+from host import undisturbed
 from selenium import webdriver
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
@@ -24,6 +24,8 @@ from vsa_bringup.processes import executable
 from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
+
+pytestmark = pytest.mark.live
 
 CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 FLAGS = (
@@ -298,8 +300,7 @@ def test_the_demo_s_page_is_live_true_private_and_notices_a_stopped_sensor(tmp_p
     watcher = None
     try:
         address = re.search(r"http://127\.0\.0\.1:\d+/", demo.stdout.readline())[0]
-        with watched():
-            assert undisturbed(lambda: seconds_until_live(browser, address), lambda: None, 0.1) < 3.0
+        assert undisturbed(lambda: seconds_until_live(browser, address), lambda: None, 0.1) < 3.0
         watcher = Watcher(domain_of(out / "parameters.yaml"))
         eventually(browser, text_of("#status_joint b"), "VALID")
         compared, begin = 0, time.monotonic()

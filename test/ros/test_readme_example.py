@@ -6,10 +6,13 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from vsa_bringup.isolation import claim_corner
 from vsa_msgs.msg import JointImpedance
+
+pytestmark = pytest.mark.live
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "subscribe.py"

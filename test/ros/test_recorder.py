@@ -16,6 +16,8 @@ from vsa_bringup.processes import executable
 from vsa_common import bags
 from vsa_common.node import RELIABLE
 
+pytestmark = pytest.mark.live
+
 TOPIC, FOREIGN = "/vsa/motor_commands", "/arm/joint_states"
 COUNT = 400
 

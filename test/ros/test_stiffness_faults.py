@@ -5,7 +5,8 @@ import time
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from favour import RIG, favoured, undisturbed, with_weight
+from favour import RIG, favoured, with_weight
+from host import undisturbed
 from sensor_msgs.msg import JointState
 from services import answer_of
 from std_srvs.srv import SetBool
@@ -16,6 +17,8 @@ from vsa_bringup.stage import Part, Stage
 from vsa_common.node import RELIABLE, STEADY
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
 from vsa_msgs.srv import InjectFailure
+
+pytestmark = pytest.mark.live
 
 RATE = 250
 LEARNING = 14.0  # s of motion before the first command

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from favour import RIG, favoured, undisturbed
+from favour import RIG, favoured
+from host import undisturbed
 from network_wire import Wire, permitted
 from vsa_bringup.fault_rehearsal import lie
 from vsa_bringup.processes import executable, renice
@@ -16,7 +17,7 @@ from vsa_bringup.scenario_faults import Heard
 from vsa_bringup.settings import base_parameters, write_parameters
 from vsa_common import bags
 
-pytestmark = pytest.mark.skipif(not permitted(), reason="network namespaces are not permitted here")
+pytestmark = [pytest.mark.live, pytest.mark.skipif(not permitted(), reason="network namespaces are not permitted here")]
 
 RATE = 200
 LEARN, CALM, SLOW, LOSSY, CUT, AFTER = 18.0, 2.0, 3.0, 3.0, 3.0, 6.0  # s

@@ -17,6 +17,8 @@ from vsa_bringup.processes import executable
 from vsa_bringup.topics import suite_topics
 from vsa_common import bags
 
+pytestmark = pytest.mark.live
+
 RATE = 200
 DURATION = 25.0
 BESIDE = {"/vsa/motor_commands", "/vsa/stiffness_command"}  # nobody commands anything here

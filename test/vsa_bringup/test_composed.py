@@ -28,6 +28,8 @@ from vsa_estimator.node import EstimatorNode
 from vsa_joint.joint import JointNode
 from vsa_msgs.msg import JointImpedance, TransmissionImpedance
 
+pytestmark = pytest.mark.live
+
 DOMAIN = 20 + (os.getpid() + 60) % 80
 ENVIRONMENT = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 RATE_HZ, SAMPLES = 200, 500

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from vsa_bringup.processes import Group, ProcessError, executable
 
+pytestmark = pytest.mark.live
+
 PYTHON = sys.executable
 STUBBORN = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
 

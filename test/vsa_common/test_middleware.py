@@ -4,7 +4,10 @@ import os
 import subprocess
 import sys
 
+import pytest
 from vsa_common.life import tune_middleware
+
+pytestmark = pytest.mark.live
 
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"

@@ -11,6 +11,8 @@ from vsa_common.life import Served
 from vsa_common.node import RELIABLE
 from vsa_common.rest import RESTED, TIRED, WINDOW_S, Rest
 
+pytestmark = pytest.mark.live
+
 DOMAIN = 20 + (os.getpid() + 5) % 80
 
 

@@ -7,10 +7,11 @@ from contextlib import contextmanager
 from itertools import pairwise
 
 import pytest
-from favour import timed
 from vsa_common import rest
 from vsa_driver.bus import BusConfig, BusError, Frame, open_bus
 from vsa_driver.link import BusLink
+
+pytestmark = pytest.mark.live
 
 VIRTUAL = BusConfig(interface="virtual", channel="test_link", options=())
 
@@ -99,7 +100,6 @@ def test_what_is_sent_reaches_the_bus(link):
         assert bytes(listener.receive(1.0).data) == b"\x01\x02"
 
 
-@timed
 def test_a_bus_that_fails_is_told_of_within_a_second_and_opened_again_with_growing_waits():
     opener, frames, downs = FailingOpener(), queue.Queue(), queue.Queue()
     with opened(opener, frames, downs) as link:

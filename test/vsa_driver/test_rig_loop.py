@@ -5,7 +5,6 @@ import threading
 
 import numpy as np
 import pytest
-from favour import undisturbed, watched
 from vsa_driver.bus import Bus, BusConfig, BusError, open_bus
 from vsa_driver.frames import RIG_DBC, FrameSet
 from vsa_driver.rig.config import MotorConfig, RigConfig
@@ -13,6 +12,8 @@ from vsa_driver.rig.rig import Rig
 from vsa_driver.rig_frames import RigFrames
 from vsa_driver.rig_loop import RigLoop
 from vsa_driver.rig_truth import HEADER, TruthFile
+
+pytestmark = pytest.mark.live
 
 FRAMES = FrameSet(RIG_DBC)
 RATE = 500
@@ -48,8 +49,7 @@ def decoded(heard, name):
 
 @pytest.fixture(scope="module")
 def quiet_run(tmp_path_factory):
-    with watched():
-        return undisturbed(lambda: run(tmp_path_factory.mktemp("rig"), 300), lambda: None)
+    return run(tmp_path_factory.mktemp("rig"), 300)
 
 
 def test_every_sample_has_a_frame_of_each_transmission_and_a_row_of_truth(quiet_run):

@@ -15,6 +15,8 @@ from vsa_driver.bus import BusConfig, open_bus
 from vsa_driver.frames import RIG_DBC, FrameSet
 from vsa_msgs.srv import InjectFailure
 
+pytestmark = pytest.mark.live
+
 DOMAIN = 20 + os.getpid() % 80
 BUS = BusConfig(channel="239.74.163.72", options=("hop_limit=0", f"port={40000 + os.getpid() % 1000}"))
 READ = FrameSet(RIG_DBC).message("Transmission1").reader("Force", "RollingCounter")

@@ -20,6 +20,8 @@ from vsa_common.stamps import nanoseconds
 from vsa_common.tables import read_columns
 from vsa_msgs.msg import CaptureCounters
 
+pytestmark = pytest.mark.live
+
 DOMAIN = 20 + (os.getpid() + 40) % 80
 RATE_HZ, SAMPLES = 200, 900
 BUS = f"bus.options:=['hop_limit=0','port={43000 + os.getpid() % 1000}']"

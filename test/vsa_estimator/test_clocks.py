@@ -8,7 +8,6 @@ import time
 
 import pytest
 import rclpy
-from favour import timed
 from geometry_msgs.msg import WrenchStamped
 from rclpy.executors import SingleThreadedExecutor
 from rosgraph_msgs.msg import Clock
@@ -16,6 +15,8 @@ from sensor_msgs.msg import JointState
 from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_msgs.msg import TransmissionImpedance
+
+pytestmark = pytest.mark.live
 
 DOMAIN = 20 + (os.getpid() + 60) % 80
 MAIN = "import sys; sys.argv[0] = 'estimator'; from vsa_estimator.node import main; sys.exit(main())"
@@ -140,7 +141,6 @@ def test_without_a_clock_there_is_no_output_and_a_clock_that_stands_lets_nothing
     assert all(message.status != TransmissionImpedance.STALE for _, message in lab.heard)
 
 
-@timed
 def test_a_wall_clock_that_is_set_back_an_hour_leaves_the_watchdogs_alone(stepped):
     lab, offset = stepped
     lab.feed(time.time_ns(), 50)

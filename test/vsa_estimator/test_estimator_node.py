@@ -9,7 +9,6 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from favour import timed
 from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -22,6 +21,8 @@ from vsa_common.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_estimator.recordings import read_recordings
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
+
+pytestmark = pytest.mark.live
 
 DOMAIN = 20 + (os.getpid() + 20) % 80
 ENVIRONMENT = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
@@ -118,7 +119,6 @@ def lab(flights):
         lab.close()
 
 
-@timed
 def test_stiffness_comes_with_the_sensors_stamp_and_an_interval_that_holds(lab):
     stiffness = lab.move(1000)
     last = lab.impedances[-1]
@@ -129,14 +129,12 @@ def test_stiffness_comes_with_the_sensors_stamp_and_an_interval_that_holds(lab):
     assert last.header.frame_id == "transmission_1"
 
 
-@timed
 def test_the_state_follows_at_its_own_rate(lab):
     lab.until(lambda: lab.states)
     assert 0.4 < len(lab.states) / len(lab.impedances) < 0.6  # 50 Hz of 100 Hz
     assert lab.states[-1].k2 == pytest.approx(267.2, rel=0.1)
 
 
-@timed
 def test_a_number_that_is_none_is_dropped_and_counted(lab):
     lab.move(5)
     before, dropped = len(lab.impedances), lab.states[-1].samples_dropped
@@ -146,7 +144,6 @@ def test_a_number_that_is_none_is_dropped_and_counted(lab):
     assert lab.states[-1].samples_dropped == dropped + 1
 
 
-@timed
 def test_zero_and_future_stamps_are_refused_and_counted(lab):
     lab.move(5)
     before, dropped = len(lab.impedances), lab.states[-1].samples_dropped
@@ -157,7 +154,6 @@ def test_zero_and_future_stamps_are_refused_and_counted(lab):
     assert lab.states[-1].samples_dropped == dropped + 4
 
 
-@timed
 def test_silence_is_stale_then_invalid_and_ends_by_itself(lab):
     lab.move(5)
     lab.impedances.clear()
@@ -170,7 +166,6 @@ def test_silence_is_stale_then_invalid_and_ends_by_itself(lab):
     assert lab.impedances[-1].stiffness_valid
 
 
-@timed
 def test_reset_is_counted_with_its_reason(lab):
     before = lab.impedances[-1].reset_count
     assert lab.call(Trigger, "estimator/reset", Trigger.Request()).success
@@ -180,7 +175,6 @@ def test_reset_is_counted_with_its_reason(lab):
     assert not last.stiffness_valid
 
 
-@timed
 def test_what_led_to_a_reset_is_written_down_for_replay(lab, flights):
     lab.move(150)  # what an earlier test recorded ends
     before = set(flights.glob("*.csv"))
@@ -201,7 +195,6 @@ def test_what_led_to_a_reset_is_written_down_for_replay(lab, flights):
     assert len(np.unique(stamp_ns)) == len(stamp_ns)
 
 
-@timed
 def test_a_force_without_its_encoder_is_no_sample(lab):
     lab.move(5)
     before = lab.impedances[-1]

@@ -8,6 +8,8 @@ import rclpy
 from vsa_estimator.node import EstimatorNode
 from vsa_estimator.values import Status
 
+pytestmark = pytest.mark.live
+
 DOMAIN = 20 + (os.getpid() + 70) % 80
 MS = 1_000_000
 

@@ -10,7 +10,6 @@ import time
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from favour import timed
 from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from vsa_common.node import RELIABLE
@@ -18,6 +17,8 @@ from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_joint.reflection import Impedance, Joint, Route, consistent
 from vsa_joint.springs import Spring, tendon_travel
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand, TransmissionImpedance
+
+pytestmark = pytest.mark.live
 
 DOMAIN = 20 + (os.getpid() + 50) % 80
 ENVIRONMENT = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
@@ -157,7 +158,6 @@ def test_what_cannot_be_reached_is_refused_with_the_range(lab):
     assert float(verdict["stiffness_max"]) < 8.0
 
 
-@timed
 def test_a_dead_estimator_makes_the_joint_invalid_and_the_motors_hold_in_time(lab):
     good = joint_truth().stiffness
     died = lab.run(1.0, stiffness=good)[-1]
@@ -174,7 +174,6 @@ def test_a_dead_estimator_makes_the_joint_invalid_and_the_motors_hold_in_time(la
     assert list(lab.commands[-1][1].position) == pytest.approx(MOTORS)
 
 
-@timed
 def test_a_backlog_is_old_however_fast_it_comes(lab):
     lab.run(1.5, stiffness=joint_truth().stiffness)
     lab.spin(0.3)
@@ -183,7 +182,6 @@ def test_a_backlog_is_old_however_fast_it_comes(lab):
     assert any("comes late" in m.message for _, m in lab.said)
 
 
-@timed
 def test_control_comes_back_with_the_estimator_and_stops_with_the_commands(lab):
     good = joint_truth().stiffness
     lab.said.clear()

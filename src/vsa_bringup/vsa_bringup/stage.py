@@ -25,7 +25,7 @@ from vsa_common.node import RELIABLE
 from vsa_msgs.msg import CaptureCounters, JointImpedance
 
 READY_S = 60.0  # for all processes to be active, on a busy machine
-ANSWER_S = 5.0  # for a service to answer
+ANSWER_S = 20.0  # for a service to answer, on a busy machine
 ASK_AGAIN_S = 2.0  # where no answer came
 SETTLE_S = 2.5  # for the last readers and writers to find each other, which only they know, on a busy machine
 LISTEN_S = 0.1  # for at a time

@@ -29,7 +29,10 @@ while os.getppid() == parent:
 
 
 class Lateness:
-    """Measures on every core while it is entered."""
+    """Measures on every core while it is entered, every `period` [s]."""
+
+    def __init__(self, period: float = PERIOD_S) -> None:
+        self._period = period
 
     def __enter__(self) -> "Lateness":
         self._folder = tempfile.TemporaryDirectory()
@@ -37,7 +40,7 @@ class Lateness:
         self._begins = dict.fromkeys(self._logs, 0)
         self._processes = []
         for core, log in self._logs.items():
-            command = [sys.executable, "-S", "-c", _WATCH, str(core), str(PERIOD_S)]
+            command = [sys.executable, "-S", "-c", _WATCH, str(core), str(self._period)]
             with log.open("wb") as output:
                 self._processes.append(subprocess.Popen(command, stdout=output, stderr=subprocess.DEVNULL))
         return self
