@@ -45,7 +45,7 @@ def test_a_rod_that_sets_off_is_told_from_an_encoder_that_jumped(offsets, sets_o
     jump = Jump()
     for offset in offsets:
         assert not jump.sets_off
-        jump.reject(1e-4 * offset, 0.0)
+        jump.reject(0.01 + 1e-4 * offset, 1e-4 * offset, 0.0)
     assert jump.sets_off == sets_off
 
 

@@ -10,6 +10,7 @@ from vsa_driver.frames import FrameError
 from vsa_driver.rig.failure import Event
 from vsa_driver.rig.faults import Faults, Outgoing
 from vsa_driver.rig.rig import Rig
+from vsa_driver.rig.sensors import Readings
 from vsa_driver.rig_frames import RigFrames
 from vsa_driver.rig_pacing import Pacer
 from vsa_driver.rig_truth import TruthFile
@@ -124,10 +125,9 @@ class RigLoop:
             return
         self._take_events()
         first, truth, readings = self._rig.advance(1)
-        said = (*readings.forces[0].tolist(), *readings.counts[0].tolist(), readings.angle[0], readings.torque[0])
         if self.faults.active:
             self.faults.expire(first)
-            said = self._misread(said, first)
+        said = misread(self.faults, readings, first)
         pair = [self._frames.transmission(side, first, said[side], int(said[2 + side])) for side in range(2)]
         for side, frame in enumerate(pair, 1):  # one right behind the other: both are of one instant
             self._send(frame, side)
@@ -149,12 +149,6 @@ class RigLoop:
             if event.push is not None:
                 self._rig.push = event.push
             self._on_event(event, self._rig.sample)
-
-    def _misread(self, said: Readout, sample: int) -> Readout:
-        return tuple(
-            self.faults.reading(component, instance, value, sample)
-            for (component, instance), value in zip(_SENSORS, said, strict=True)
-        )
 
     def _send(self, frame: Outgoing, transmission: int = 0) -> None:
         going = self.faults.frames(transmission, frame, self._rig.sample - 1)
@@ -183,3 +177,14 @@ class RigLoop:
 
     def _for_the_rig(self, frame: Frame) -> bool:
         return frame.arbitration_id == self._frames.command_id and not frame.is_error_frame and not self.faults.silent
+
+
+def misread(faults: Faults, readings: Readings, sample: int) -> Readout:
+    """What the sensors say of `sample`: forces [N], encoder counts, angle [rad], torque [N m]."""
+    said = (*readings.forces[0].tolist(), *readings.counts[0].tolist(), readings.angle[0], readings.torque[0])
+    if not faults.active:
+        return said
+    return tuple(
+        faults.reading(component, instance, value, sample)
+        for (component, instance), value in zip(_SENSORS, said, strict=True)
+    )

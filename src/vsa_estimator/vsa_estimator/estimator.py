@@ -40,6 +40,8 @@ from vsa_estimator.warm_up import warm_up
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
 NOISE_MEMORY = 9.0  # [s]
 COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
+PAUSE = 2.5  # periods of filter or samples after which a deflection may be in another place than expected ...
+UNSURE_NS = 100_000_000  # ... and for so long after samples in a hurry, or an encoder that was not believed [ns]
 STOP = 1.0  # data is kept for learning until this long after motion ends [s]
 MOVED = "looking whether the rod moved or the encoder jumped"
 RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
@@ -215,7 +217,7 @@ class Estimator:
         self._stamp_ns = self._instant_ns = self._step_ns = self._epoch_ns = 0
         self._force = 0.0
         self._beliefs, self._moments = np.zeros(BELIEFS), np.zeros(2, dtype=np.int64)
-        self._moved_ns = self._refreshed_ns = self._accepted_ns = 0
+        self._moved_ns = self._refreshed_ns = self._accepted_ns = self._unsure_ns = 0
         self._audit_ns = self._audit_pause = AUDIT_FIRST
 
     def _heed(
@@ -232,6 +234,8 @@ class Estimator:
         if not self._started:
             self._start(instant_ns, force, deflection)
         if found:
+            if found & signs.HURRIED:
+                self._unsure_ns = instant_ns
             self._health.hear(found, stamp_ns)
             self._force_rejected += found & FORCE_SPIKE > 0
             self._deflection_rejected += found & DEFLECTION_SPIKE > 0
@@ -275,10 +279,10 @@ class Estimator:
         tracker = self._tracker
         dt = (block.stamp_ns - self._step_ns) * 1e-9
         deflection_variance = (self._samples.deflection_noise * self._deflection_noise.std) ** 2 / block.samples
-        if dt > BRIDGED:
-            self._resume(block, dt, deflection_variance)
-        elif dt > 0.0:
+        if 0.0 < dt <= BRIDGED:
             tracker.predict(dt, self._jerk.density)
+        if self._broken(block, dt, deflection_variance):
+            self._resume(block, dt, deflection_variance)
         self._step_ns = block.stamp_ns
         if not self._place(block, deflection_variance):
             return
@@ -310,6 +314,21 @@ class Estimator:
         self._averaged = block.samples
         self._inertia_known = inertia_known(tracker, self._force_noise.std)
 
+    def _broken(self, block: Block, dt: float, deflection_variance: float) -> bool:
+        """Whether a block is no sequel of the motion: after a long silence, or in another place where that may be.
+
+        That is after a pause, samples in a hurry, or an encoder that was not believed: the clock may have stood still,
+        or the encoder, and has not jumped.
+        """
+        if dt > BRIDGED:
+            return True
+        if self._blind:
+            self._unsure_ns = block.stamp_ns
+            return False
+        pause = PAUSE * max(1.0 / self.config.filter_rate, self._samples.period_ns * 1e-9)
+        unsure = dt > pause or 0 <= block.stamp_ns - self._unsure_ns < UNSURE_NS
+        return unsure and self._tracker.surprised(block.deflection, deflection_variance)
+
     def _place(self, block: Block, deflection_variance: float) -> bool:
         """Take the deflection in, also of a rod that sets off; False where it is not believed."""
         tracker, jump = self._tracker, self._jump
@@ -318,7 +337,7 @@ class Estimator:
         if not insists and tracker.correct_deflection(block.deflection, deflection_variance):
             return True
         expected = tracker.expected_force(float(tracker.z[0])) if block.forces else math.nan
-        jump.reject(offset, block.force - expected)
+        jump.reject(block.deflection, offset, block.force - expected)
         since = (block.stamp_ns - self._accepted_ns) * 1e-9
         if jump.sets_off:
             self._jerk.startled(tracker.deflection_nis)
@@ -328,7 +347,7 @@ class Estimator:
         ):
             return True
         self._deflection_rejected += 1
-        if since > RELOCATE or (insists and tracker.doubts_place(offset, deflection_variance)):
+        if since > RELOCATE or (insists and jump.proven and tracker.doubts_place(offset, deflection_variance)):
             self._relocate(block, deflection_variance)
         return False
 
@@ -385,6 +404,7 @@ class Estimator:
             self._audit_ns = self._step_ns + self._audit_pause
             if not sure or not tracker.contradicts(fit.mean, fit.covariance, fit.acceleration, self._force_noise.std):
                 return
+            self._trust.forget()
             self._count_reset(Reset.INNOVATION)
         self._has_fit = True
         floor = np.array([1e-6, (1e-3 * fit.mean[1]) ** 2, 1.0, 1e10, 0.0, 0.0, 0.0])
@@ -396,10 +416,10 @@ class Estimator:
             self._audit_ns = self._step_ns + AUDIT_FIRST
 
     def _resume(self, block: Block, silence: float, deflection_variance: float) -> None:
-        """After a silence too long to predict across: a new place, the old coefficients."""
+        """Where the motion has broken off: a new place, the old coefficients."""
         self._tracker.place(block.deflection, deflection_variance)
         self._interrupt(block, deflection_variance)
-        self._trust.doubt(self._tracker, SILENCE)
+        self._trust.doubt(self._tracker, SILENCE, broken=True)
         if silence > COUNTED_GAP:
             self._count_reset(Reset.GAP)
 
@@ -408,12 +428,12 @@ class Estimator:
         tracker, jump = self._tracker, self._jump.size
         words, jumped, told = f"encoder jumped by {1e3 * jump:+.2f} mm", True, False
         if tracker.knows:
-            jumped = self._stayed()
+            jumped = not self._blind and self._jump.proven and self._stayed()
             if jumped:
                 self._trust.move(tracker, jump, self._jump.variance + deflection_variance)
                 told = self._trust.doubt(tracker, words)
             else:
-                self._trust.doubt(tracker, MOVED)
+                self._trust.doubt(tracker, MOVED, broken=True)
         else:
             tracker.reference = block.deflection
             tracker.forget(block.force if block.forces else self._force)

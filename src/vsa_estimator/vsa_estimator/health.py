@@ -2,7 +2,8 @@
 
 from vsa_estimator import signs
 
-COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s]
+COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s] ...
+LAST_NS = (1 << 63) - 1  # ... and never beyond the last stamp that there is [ns]
 
 COMPLAINTS = {
     signs.FORCE_NOISY: "force sensor noisy: several times what was configured",
@@ -37,7 +38,7 @@ class Health:
 
     def complain(self, text: str, stamp_ns: int) -> None:
         """Say `text` from now on for a while."""
-        self._complaints[text] = stamp_ns + int(COMPLAINT_TIME * 1e9)
+        self._complaints[text] = min(stamp_ns + int(COMPLAINT_TIME * 1e9), LAST_NS)
 
     @property
     def until_ns(self) -> int:

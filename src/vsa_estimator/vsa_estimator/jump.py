@@ -6,6 +6,7 @@ import numpy as np
 
 GROWTH = 1.2  # from one rejected offset to the next, three in a row: a rod that sets off
 BACK = 0.5  # share of what was rejected, within which a deflection is back where it was expected
+ENOUGH, ALIKE = 4, 0.25  # rejected offsets in a row, and their scatter as a share of the jump, that prove one
 STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
 
 
@@ -14,11 +15,11 @@ class Jump:
 
     def __init__(self) -> None:
         """Nothing rejected yet."""
-        self._rejected: list[tuple[float, float]] = []
+        self._rejected: list[tuple[float, float, float]] = []
 
-    def reject(self, offset: float, unexplained: float) -> None:
-        """The deflection is off by so much from where the filter expected it [m]; the force by so much [N] or NaN."""
-        self._rejected.append((offset, unexplained))
+    def reject(self, deflection: float, offset: float, unexplained: float) -> None:
+        """A deflection [m], so far off from where the filter expected it [m]; the force by so much [N] or NaN."""
+        self._rejected.append((offset, unexplained, deflection))
 
     def clear(self) -> None:
         """All is well, or the motion has a gap."""
@@ -33,25 +34,33 @@ class Jump:
         """Whether the offsets grow from one to the next: nothing has jumped, the rod moves."""
         if len(self._rejected) < 3:
             return False
-        first, second, third = (offset for offset, _ in self._rejected[-3:])
+        first, second, third = (offset for offset, *_ in self._rejected[-3:])
         return second / first > GROWTH and third / second > GROWTH
+
+    @property
+    def proven(self) -> bool:
+        """Whether several are off by the same: those of a noisy encoder are not, nor those of one that stands still."""
+        if len(self._rejected) < ENOUGH or math.sqrt(self.variance) > ALIKE * abs(self.size):
+            return False
+        (first, _, began), (last, _, ended) = self._rejected[1], self._rejected[-1]
+        return abs(last - first) < max(abs(ended - began), ALIKE * abs(self.size))
 
     @property
     def size(self) -> float:
         """By how much the encoder jumped [m]."""
-        return float(np.median([offset for offset, _ in self._seen]))
+        return float(np.median([offset for offset, *_ in self._seen]))
 
     @property
     def variance(self) -> float:
         """Of the size, by the scatter of what was rejected [m^2]."""
-        return float(np.var([offset for offset, _ in self._seen]))
+        return float(np.var([offset for offset, *_ in self._seen]))
 
     def stayed(self, elastic: float) -> bool:
         """Whether the force says that the rod did not move; `elastic` is what moving would cost [N]."""
-        heard = [force for _, force in self._seen if not math.isnan(force)]
-        return not heard or heard[0] / elastic < STAYED  # an absent force says nothing against it
+        heard = [force for _, force, _ in self._seen if not math.isnan(force)]
+        return not heard or abs(heard[0] / elastic) < STAYED  # an absent force says nothing against it
 
     @property
-    def _seen(self) -> list[tuple[float, float]]:
+    def _seen(self) -> list[tuple[float, float, float]]:
         # the first may be half of one place, half of the other; later ones suffer from the prediction
         return self._rejected[1:4] or self._rejected

@@ -45,7 +45,11 @@ def residuals(
         c = min(max(v, -speed), speed)
         friction = coulomb * np.tanh(v / COULOMB_SPEED)
         residual[i] = force[i + half] - (sigma[i] / k2 + d1 * c + d2 * c**3 + mass * a + offset + friction)
-        blur = 0.25 * BASE * abs(a)
+        bend = abs(a)
+        if half <= i < count - half:  # over twice the time, a quarter of the noise
+            wide = deflection[i + 3 * half] - 2.0 * deflection[i + half] + deflection[i - half]
+            bend = min(bend, abs(wide) / span**2)
+        blur = 0.25 * BASE * bend
         brisk[i] = abs(v) + blur >= FAST * speed or blur * d1 > BLURRED
         good[i] = np.isfinite(residual[i]) and span < 2.0 * BASE
         moving[i] = abs(v) > SLOW

@@ -41,7 +41,8 @@ def take(
     averaged = memory[_BLOCKS:_SIGNS]
     instant_ns = sample_clock.instant(memory[_CLOCK:], stamps[_JUDGED:_PLACED], stamp_ns, deflection)
     undamped = memory[UNDAMPED] > 0.0
-    found = signs.examine(memory[_SIGNS:_CLOCK], memory[_LIMITS:_FORCE_LINE], stamp_ns, force, deflection, undamped)
+    limits, period_ns = memory[_LIMITS:_FORCE_LINE], averaged[blocks.PERIOD]
+    found = signs.examine(memory[_SIGNS:_CLOCK], limits, stamp_ns, force, deflection, undamped, period_ns)
     fresh, placed = found & NO_LESSON == 0, True
     if blocks.averages(averaged):
         if fresh and not spikes.passes(memory[_FORCE_LINE:_DEFLECTION_LINE], force):

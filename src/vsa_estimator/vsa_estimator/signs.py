@@ -26,10 +26,13 @@ HURRY = 0.3  # of the usual interval, below which a sample belongs to a burst
 BURST_WORTH = 50.0  # samples
 LONGEST = 45e6  # samples of this time may come at once; a busy sender catches up [ns]
 FEWEST = 12
+CLOSE = 20e6  # of samples close together are told, for what they may hide [ns]
+SHORT_PERIOD = 2e6  # slopes from which on a rod may ring are those a sample; where it takes longer, so long [ns]
 
 FORCE_REPEATED, FORCE_STUCK, ENCODER_QUIET, ENCODER_STUCK, ENCODER_FROZEN = 1, 2, 4, 8, 16
 FORCE_NOISY, ENCODER_NOISY, BURST, FORCE_SATURATED, DEFLECTION_SATURATED, DEAFENING = 32, 64, 128, 256, 512, 1024
 BLINDED = 2048  # the encoder is not to be believed
+HURRIED = 16384  # samples come close together
 BLINDING = ENCODER_FROZEN | ENCODER_STUCK | DEFLECTION_SATURATED | DEAFENING | BURST
 BURST_NS = 50e6  # nor for so long after a burst of samples
 
@@ -114,8 +117,8 @@ def noisiness(memory: Array, value: float, std: float, brisk: float, undamped: b
 
 
 @compiled
-def burst(memory: Array, stamp_ns: int) -> bool:
-    """Whether a stamp belongs to too long a run of samples that come at once: they queued up on their way.
+def burst(memory: Array, stamp_ns: int) -> int:
+    """HURRIED once in a run of samples that come at once; BURST where it is too long: they queued up on their way.
 
     memory: last stamp [ns], usual interval [ns], stamps seen, run.
     """
@@ -124,16 +127,21 @@ def burst(memory: Array, stamp_ns: int) -> bool:
     memory[2] += 1.0
     if memory[2] < 3.0:
         memory[1] = step
-        return False
+        return 0
     memory[3] = memory[3] + 1.0 if step < HURRY * memory[1] else 0.0
     worth = min(memory[2], BURST_WORTH) * (10.0 if memory[3] > 0.0 else 1.0)
     memory[1] += (min(step, 2.0 * memory[1]) - memory[1]) / worth
-    return bool(memory[3] >= FEWEST and memory[3] * memory[1] > LONGEST)
+    if memory[3] >= FEWEST and memory[3] * memory[1] > LONGEST:
+        return BURST
+    return HURRIED if memory[3] == max(3.0, np.floor(CLOSE / memory[1]) + 1.0) else 0
 
 
 @compiled
-def examine(memory: Array, limits: Array, stamp_ns: int, force: float, deflection: float, undamped: bool) -> int:
-    """Signs that one raw sample shows, added up."""
+def examine(
+    memory: Array, limits: Array, stamp_ns: int, force: float, deflection: float, undamped: bool, period_ns: float
+) -> int:
+    """Signs that one raw sample shows, added up; they come every `period_ns`."""
+    brisk = max(1.0, period_ns / SHORT_PERIOD)
     forces, places, signs = memory[0:8], memory[8:16], 0
     if constancy(forces, stamp_ns, force, deflection):
         signs |= FORCE_REPEATED
@@ -147,16 +155,17 @@ def examine(memory: Array, limits: Array, stamp_ns: int, force: float, deflectio
             signs |= ENCODER_STUCK
         if frozen(places, stamp_ns):
             signs |= ENCODER_FROZEN
-    memory[-2] = noisiness(memory[16:24], force, limits[FORCE_STD], limits[BRISK_FORCE], undamped)
-    memory[-1] = noisiness(memory[24:32], deflection, limits[DEFLECTION_STD], limits[BRISK_DEFLECTION], False)
+    memory[-2] = noisiness(memory[16:24], force, limits[FORCE_STD], brisk * limits[BRISK_FORCE], undamped)
+    memory[-1] = noisiness(memory[24:32], deflection, limits[DEFLECTION_STD], brisk * limits[BRISK_DEFLECTION], False)
     if memory[-2] > 1.0:
         signs |= FORCE_NOISY
     if memory[-1] > 1.0:
         signs |= ENCODER_NOISY
     if memory[-1] > MUCH:
         signs |= DEAFENING
-    if burst(memory[32:36], stamp_ns):
-        signs |= BURST
+    hurry = burst(memory[32:36], stamp_ns)
+    signs |= hurry
+    if hurry == BURST:
         memory[-3] = stamp_ns + BURST_NS
     if abs(force) >= limits[FORCE_LIMIT]:
         signs |= FORCE_SATURATED

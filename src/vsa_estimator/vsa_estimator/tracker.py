@@ -16,7 +16,7 @@ from vsa_estimator.excitation import (
     no_motion,
     roughen,
 )
-from vsa_estimator.filter import HARD_GATE, LEAST_STROKE
+from vsa_estimator.filter import HARD_GATE, LEAST_STROKE, SOFT_GATE
 from vsa_estimator.model import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
 from vsa_estimator.settings import Initial
 from vsa_estimator.steps import FOUND, KNOWN, REJECTED, RESTS, advance, parts, take_deflection, take_force
@@ -209,6 +209,10 @@ class Tracker:
         """Take a deflection in; False where the gate rejects it."""
         self._appraisal = None
         return bool(take_deflection(self.known, self._motion, self.deflection_monitor, measured, variance))
+
+    def surprised(self, measured: float, variance: float) -> bool:
+        """Whether a deflection [m] is further off than chance explains."""
+        return bool((measured - self.z[Z.X]) ** 2 > SOFT_GATE * (float(self.p[Z.X, Z.X]) + variance))
 
     def doubts_place(self, offset: float, variance: float) -> bool:
         """Whether the place has become so uncertain that the gate would let a deflection so far off [m] pass."""

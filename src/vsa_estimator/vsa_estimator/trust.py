@@ -47,14 +47,21 @@ class Trust:
         """Whether both sensors tell what was learnt: what the filter does not explain then is its own lag."""
         return self._witness.kept is not None and not self._witness.vague and self._witness.agrees
 
-    def doubt(self, tracker: Tracker, reason: str) -> bool:
-        """Go back to what was known before, and wait; False where nothing was."""
+    def doubt(self, tracker: Tracker, reason: str, broken: bool = False) -> bool:
+        """Go back to what was known before, and wait; False where nothing was.
+
+        Where the motion has `broken` off, also with coefficients that are not proven: they are what is known.
+        """
         kept = self._witness.kept
-        if not tracker.knows or kept is None or self._proven < PROBATION:
+        proven = self._proven >= PROBATION
+        if not tracker.knows or kept is None or not (proven or broken):
             return False
         if not self.reason:
             self._patience = 0.0
-            _recall(tracker, kept)
+            if proven:
+                _recall(tracker, kept)
+            else:
+                self._witness.replace(_known(tracker))
         self.reason = reason
         return True
 
@@ -89,6 +96,8 @@ class Trust:
             if not self.doubt(tracker, CONTRADICTION):
                 self._proven = 0.0
                 self._witness.replace(_known(tracker))
+            return
+        if self._witness.silent:
             return
         self._proven += PERIOD
         self._witness.trust()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vsa_estimator.model import Array
 from vsa_estimator.residual_force import DECIDES, LEAST_ROWS, PERIOD, WINDOWS, look, residuals
 
-LIMIT = 6.0  # times the usual size of a mean
+LIMIT = 5.5  # times the usual size of a mean
 CALM = 0.5  # share of the limit under which both sensors agree with what was learnt
 USUAL = (0.3, 0.15, 0.1)  # first idea of it, worth so many looks [N]
 USUAL_WORTH, USUAL_LOOKS = 15, 400
@@ -134,7 +134,7 @@ class Witness:
         usual, (low, high), place = math.sqrt(self._usual[DECIDES]), self._travel, float(self._rows.view[1, -1])
         margin = BEYOND / float(self._kept[0].mean[1])
         uncertain = self._doubtful > VAGUE * usual or usual > POOR
-        return uncertain or self.silent or not low - margin < place < high + margin
+        return uncertain or not low - margin < place < high + margin
 
     @property
     def silent(self) -> bool:
@@ -190,7 +190,7 @@ class Witness:
         return abs(mean) / (LIMIT * math.hypot(math.sqrt(self._usual[index]), self._doubtful))
 
     def _look(self) -> None:
-        found = np.array([math.nan] * len(WINDOWS) + [0.0])
+        found = np.array([math.nan] * len(WINDOWS) + [self._doubtful])
         if self._rows.view.shape[1] >= LEAST_ROWS:
             look(self._rows.view, *self._kept[0], found)
         *means, self._doubtful = found.tolist()
