@@ -103,7 +103,7 @@ class Heard:
             truth, _ = joint_truth(self._truth, (sample, sample), geometry(self._rig))
         else:
             truth = self._truth[f"stiffness_{name[-1]}"][sample]
-        std = np.sqrt(np.maximum(variance, 1e-12 * value**2))
+        std = np.sqrt(np.maximum(variance, 1e-12 * np.maximum(value**2, 1.0)))
         deviations = (value - truth) / std if name == "joint" else np.log(np.maximum(value, 1e-9) / truth) * value / std
         return rehearsal.Estimates(sample / rate, value / truth - 1.0, deviations, valid > 0, well > 0)
 
