@@ -6,7 +6,7 @@ import numpy as np
 
 GROWTH = 1.2  # from one rejected offset to the next, three in a row: a rod that sets off
 BACK = 0.5  # share of what was rejected, within which a deflection is back where it was expected
-ENOUGH, ALIKE = 4, 0.25  # rejected offsets in a row, and their scatter as a share of the jump, that prove one
+ENOUGH, ALIKE = 6, 0.25  # rejected offsets in a row, and their scatter as a share of the jump, that prove one
 STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
 
 
@@ -40,10 +40,11 @@ class Jump:
     @property
     def proven(self) -> bool:
         """Whether several are off by the same: those of a noisy encoder are not, nor those of one that stands still."""
-        if len(self._rejected) < ENOUGH or math.sqrt(self.variance) > ALIKE * abs(self.size):
+        offsets, alike = [offset for offset, *_ in self._rejected[:ENOUGH]], ALIKE * abs(self.size)
+        if len(offsets) < ENOUGH or offsets[0] * self.size < 0.0 or float(np.std(offsets[1:])) > alike:
             return False
         (first, _, began), (last, _, ended) = self._rejected[1], self._rejected[-1]
-        return abs(last - first) < max(abs(ended - began), ALIKE * abs(self.size))
+        return abs(last - first) < max(abs(ended - began), alike)
 
     @property
     def size(self) -> float:
