@@ -18,7 +18,6 @@ from vsa_driver.rig.failure import scenario
 from vsa_driver.rig.faults import Faults
 from vsa_driver.rig.rig import Rig
 from vsa_driver.rig_frames import RigFrames
-from vsa_driver.rig_loop import misread
 from vsa_driver.rig_simulator import SimulatorConfig
 from vsa_driver.router import Router
 from vsa_driver.settings import DriverSettings
@@ -81,7 +80,7 @@ def rehearsed(rate, seed):
         _, true, readings = rig.advance(1)
         truth.append(true[0])
         faults.expire(number)
-        said = misread(faults, readings, number)
+        said = faults.readings(readings, number)
         last_ns = max(last_ns, due_ns + LATENCY_NS + int(rng.exponential(LATENCY_NS)))
         for side in range(2):
             frame = frames.transmission(side, number, said[side], int(said[2 + side]))

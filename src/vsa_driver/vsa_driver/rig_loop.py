@@ -10,7 +10,6 @@ from vsa_driver.frames import FrameError
 from vsa_driver.rig.failure import Event
 from vsa_driver.rig.faults import Faults, Outgoing
 from vsa_driver.rig.rig import Rig
-from vsa_driver.rig.sensors import Readings
 from vsa_driver.rig_frames import RigFrames
 from vsa_driver.rig_pacing import Pacer
 from vsa_driver.rig_truth import TruthFile
@@ -18,9 +17,6 @@ from vsa_driver.rig_truth import TruthFile
 _IDLE_S = 0.01  # between two looks at the bus while the clock stands
 _BREATH_S = 0.0005  # between two bursts, for those who read the bus
 _READ_AT_MOST = 64  # frames taken from the bus between two samples
-
-Readout = tuple[float, ...]
-_SENSORS = (("force", 1), ("force", 2), ("encoder", 1), ("encoder", 2), ("angle", 1), ("torque", 1))
 
 
 class RigLoop:
@@ -127,7 +123,7 @@ class RigLoop:
         first, truth, readings = self._rig.advance(1)
         if self.faults.active:
             self.faults.expire(first)
-        said = misread(self.faults, readings, first)
+        said = self.faults.readings(readings, first)
         pair = [self._frames.transmission(side, first, said[side], int(said[2 + side])) for side in range(2)]
         for side, frame in enumerate(pair, 1):  # one right behind the other: both are of one instant
             self._send(frame, side)
@@ -177,14 +173,3 @@ class RigLoop:
 
     def _for_the_rig(self, frame: Frame) -> bool:
         return frame.arbitration_id == self._frames.command_id and not frame.is_error_frame and not self.faults.silent
-
-
-def misread(faults: Faults, readings: Readings, sample: int) -> Readout:
-    """What the sensors say of `sample`: forces [N], encoder counts, angle [rad], torque [N m]."""
-    said = (*readings.forces[0].tolist(), *readings.counts[0].tolist(), readings.angle[0], readings.torque[0])
-    if not faults.active:
-        return said
-    return tuple(
-        faults.reading(component, instance, value, sample)
-        for (component, instance), value in zip(_SENSORS, said, strict=True)
-    )

@@ -10,10 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from vsa_driver.rig.config import SensorConfig
 from vsa_driver.rig.failure import Failure
-from vsa_driver.rig.sensors import ENCODER_COUNTS
+from vsa_driver.rig.sensors import ENCODER_COUNTS, Readings
 
 BUS_OFF = 0x40  # identifier of the error frame, CAN_ERR_BUSOFF of <linux/can/error.h>
 TRAVEL = 0.020  # deflection at which an encoder is at its end [m]
+
+_SENSORS = (("force", 1), ("force", 2), ("encoder", 1), ("encoder", 2), ("angle", 1), ("torque", 1))
 
 
 class Outgoing(NamedTuple):
@@ -77,6 +79,16 @@ class Faults:
         """End the failures whose time is over."""
         for active in [a for a in self._active if sample >= a.until]:
             self._end(active)
+
+    def readings(self, readings: Readings, sample: int) -> tuple[float, ...]:
+        """What the sensors say of one sample: forces [N], encoder counts, angle [rad], torque [N m]."""
+        said = (*readings.forces[0].tolist(), *readings.counts[0].tolist(), readings.angle[0], readings.torque[0])
+        if not self._active:
+            return said
+        return tuple(
+            self.reading(component, instance, value, sample)
+            for (component, instance), value in zip(_SENSORS, said, strict=True)
+        )
 
     def reading(self, component: str, instance: int, value: float, sample: int) -> float:
         """What the sensor says instead of `value`, in the unit of the reading: N, counts, rad, N m."""
