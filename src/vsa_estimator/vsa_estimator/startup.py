@@ -10,6 +10,7 @@ All of it is cut into slices of a fraction of a millisecond: no sample has to wa
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.model import COULOMB_SPEED, UNBOUNDED_SPEED, Array
 from vsa_estimator.rows import BAND, DRAWS, LEAST_ROWS, Rows, Slices, whiten
@@ -21,7 +22,8 @@ MEMBERS = 15
 SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6
 INFLATION = 1.2  # of the regression's covariance: the damper's clip and the smoothing are known only so well
-PRETENCE = 0.1  # share of noise in what is known of a direction, above which nothing is
+PRETENCE = 0.1  # share of noise in what is known of a direction, above which nothing is ...
+GUESSED = 0.5  # ... and above which it does not even count in favour of a k2
 
 
 @dataclass(frozen=True)
@@ -145,26 +147,39 @@ class _Bank:
         return columns[:, :wide], pretended, columns[:, wide]
 
     def _solve(self, design: Array, pretended: Array, target: Array) -> Slices[tuple[Array, Array]]:
-        """Corrected least squares with the prior; chi2 of each member, and what it would be without pretence."""
-        prior = self._prior.mean / self._prior.std
+        """Corrected least squares with the prior; chi2 of each member, and what it would be without pretence.
+
+        A direction of which noise pretends to know too much stays at the prior. But for what a member is worth it is
+        free: else the members that suit the prior's mass win, and k2 is sure of what nothing has told.
+        """
         measured = self._normal_of(design)
         values, vectors = np.linalg.eigh(measured - pretended)
         yield
         told = (vectors * (measured @ vectors)).sum(1)
-        basis = vectors * (values > (1.0 - PRETENCE) * told)[:, None, :]
-        projector = basis @ basis.transpose(0, 2, 1)
-        projected = np.empty((MEMBERS, 6))
-        projected[:, 0], projected[:, 1:] = np.split(target @ design, [MEMBERS])
-        right = np.einsum("bij,bj->bi", projector, projected * self._prior.std) + prior
-        self._normal = (basis * np.maximum(values, 0.0)[:, None, :]) @ basis.transpose(0, 2, 1) + np.eye(6)
+        right = np.empty((MEMBERS, 6))
+        right[:, 0], right[:, 1:] = np.split(target @ design, [MEMBERS])
+        right *= self._prior.std
+        free, _, _ = self._solved(values, vectors, values > (1.0 - GUESSED) * told, right)
+        scaled, self._normal, projector = self._solved(values, vectors, values > (1.0 - PRETENCE) * told, right)
+        yield
         self._spread = projector @ measured @ projector + np.eye(6)
-        scaled = np.linalg.solve(self._normal, right[:, :, None])[:, :, 0]
         self._members = scaled * self._prior.std
-        own, shared = design[:, :MEMBERS] * self._members[:, 0], design[:, MEMBERS:] @ self._members[:, 1:].T
+        found = free * self._prior.std
+        own, shared = design[:, :MEMBERS] * found[:, 0], design[:, MEMBERS:] @ found[:, 1:].T
         residual = target[:, None] - own - shared
-        chi2 = (residual**2).sum(0) + ((scaled - prior) ** 2).sum(1)
-        faked = np.einsum("bi,bij,bj->b", scaled, pretended, scaled)
+        chi2 = (residual**2).sum(0) + ((free - self._prior.scaled) ** 2).sum(1)
+        faked = np.einsum("bi,bij,bj->b", free, pretended, free)
         return chi2, chi2 - faked + faked[int(np.argmin(chi2))]
+
+    def _solved(
+        self, values: Array, vectors: Array, kept: NDArray[np.bool_], right: Array
+    ) -> tuple[Array, Array, Array]:
+        """Solution within the directions `kept` and the prior's elsewhere, its normal matrix and the projector."""
+        basis = vectors * kept[:, None, :]
+        projector = basis @ basis.transpose(0, 2, 1)
+        normal = (basis * np.maximum(values, 0.0)[:, None, :]) @ basis.transpose(0, 2, 1) + np.eye(6)
+        within = np.einsum("bij,bj->bi", projector, right) + self._prior.scaled
+        return np.linalg.solve(normal, within[:, :, None])[:, :, 0], normal, projector
 
     def _weigh(self, chi2: Array, chi2_of_truth: Array) -> tuple[int, float, float]:
         """The best member, mean and standard deviation of ln k2."""
@@ -257,6 +272,7 @@ class Regression:
             [1e3, initial.d1_std, initial.d2_std, initial.inertia_std, initial.force_offset_std,
              initial.coulomb_friction_std]
         )  # fmt: skip
+        self.scaled = self.mean / self.std
         self.ln_k2 = float(np.log(initial.k2))
         self.ln_k2_std = initial.k2_std / initial.k2
 
