@@ -33,7 +33,7 @@ def test_the_pull_is_what_a_friction_of_that_form_does_to_the_state():
                 step.carry(pulled, DT)
             step.correct_deflection(z, p, measured_x, 1e-12, 0.004, monitor, pulled)
         z, p = states[0], covariances[0]
-        extra = SHARE * friction_form(z, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1]))
+        extra = SHARE * friction_form(z, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1] + 0.125 * (z[2] * DT) ** 2))
         for z, p, pulled, more in zip(states, covariances, (pull, None), (0.0, extra), strict=True):
             step.correct_force(z, p, REFERENCE, measured_f + more, 1e-4, 1e-12, DT, 0.004, monitor, pulled)
     found = (states[1] - states[0]) / SHARE

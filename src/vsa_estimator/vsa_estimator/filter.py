@@ -171,7 +171,7 @@ def correct_force(
     """
     gradient = np.zeros(SIZE)
     hessian = np.zeros((SIZE, SIZE))
-    blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1])
+    blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * (p[1, 1] + (z[2] * dt) ** 2 / 12.0))  # speeds that a step spans, too
     expected = force(z, reference, blur, gradient, hessian)
     soften_kink(z, np.sqrt(p[1, 1]), gradient, hessian)
     curvature = hessian @ p

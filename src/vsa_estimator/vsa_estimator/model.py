@@ -29,7 +29,7 @@ class Z(IntEnum):
 
 
 SIZE = 10
-COULOMB_SPEED = 0.1e-3  # speed at which the filter's Coulomb friction has risen to 76 % [m/s]
+COULOMB_SPEED = 0.07e-3  # speed at which the filter's Coulomb friction has risen to 76 % [m/s]
 UNBOUNDED_SPEED = 1.0  # maximum speed of a damper that is linear as far as one can tell [m/s]
 
 

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from vsa_estimator.filter import REST_SPEED
-from vsa_estimator.model import COULOMB_SPEED, UNBOUNDED_SPEED, Array
+from vsa_estimator.model import UNBOUNDED_SPEED, Array
 from vsa_estimator.rows import BAND, DRAWS, LEAST_ROWS, Rows, Slices, whiten
 from vsa_estimator.settings import Initial
 
 REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...
 REVERSAL_SPEED = 0.3e-3  # ... which is this wide [m/s]
+COULOMB_SPEED = 0.1e-3  # of the friction's transition; sharper, a heavy mass starts with a wrong damper [m/s]
 MEMBERS = 15
 SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6
