@@ -166,7 +166,8 @@ class Reference:
     def force_step(self, measured, noise, deflection_noise, dt):
         z, p = self.force.x[:, 0], self.force.P
         gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
-        expected = force(z, REFERENCE, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1] + 0.125 * (z[2] * dt) ** 2), gradient, hessian)
+        blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * (p[1, 1] + (z[2] * dt) ** 2 / 12.0))
+        expected = force(z, REFERENCE, blur, gradient, hessian)
         unexplained = max(step.REVERSAL_SHARE * (z[9] + np.sqrt(p[9, 9])), step.LEAST_REVERSAL_FORCE)
         reversal = unexplained * np.exp(-(z[1] ** 2) / (step.REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
         bent = np.trace(hessian @ p @ hessian @ p) / 2.0
