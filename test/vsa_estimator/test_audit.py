@@ -20,8 +20,8 @@ def fed(spoil=None):
     samples = zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
     for index, sample in enumerate(samples):
         if index == 2000 and spoil:
-            assert estimator._tracker.knows
-            spoil(estimator._tracker)
+            assert estimator._supervisor.tracker.knows
+            spoil(estimator._supervisor.tracker)
         estimate = estimator.add(*sample)
     return estimator, estimate
 
@@ -51,7 +51,10 @@ def test_a_filter_that_is_right_is_left_alone():
 
 def test_a_regression_contradicts_beyond_chance_alone():
     estimator, _ = fed()
-    tracker, covariance = estimator._tracker, np.diag((0.01 * estimator._tracker.z[3:]) ** 2 + 1e-12)
+    tracker, covariance = (
+        estimator._supervisor.tracker,
+        np.diag((0.01 * estimator._supervisor.tracker.z[3:]) ** 2 + 1e-12),
+    )
     rng = np.random.default_rng(1)
     near = rng.multivariate_normal(tracker.z[3:], covariance, 500)
     assert not any(tracker.contradicts(mean, covariance, 0.01, 0.017) for mean in near)

@@ -174,12 +174,12 @@ def test_averaged_samples_do_not_wait_for_the_step_whenever_that_is_taken():
     prompt, late = Estimator(EstimatorConfig()), Estimator(EstimatorConfig())
     waits = 0
     for sample in zip(data.stamp_ns.tolist(), data.force.tolist(), data.deflection.tolist(), strict=True):
-        before = prompt._step_ns
+        before = prompt._supervisor.step_ns
         estimate = prompt.add(*sample)
-        told_before_the_step = prompt._step_ns == before
+        told_before_the_step = prompt._supervisor.step_ns == before
         while prompt.catch_up():
             pass
-        waits += told_before_the_step and prompt._step_ns > before
+        waits += told_before_the_step and prompt._supervisor.step_ns > before
         assert estimate == late.add(*sample)
     assert waits > 1000
     assert prompt.state() == late.state()

@@ -46,7 +46,7 @@ def test_the_pull_is_what_a_friction_of_that_form_does_to_the_state():
 def test_the_interval_of_the_damping_holds_where_friction_saturates_sooner_than_the_model_has_it():
     estimator = Estimator(wrong_start(TRANSMISSION_1))
     run(estimator, record(TRANSMISSION_1, GENTLE, 60.0))
-    state, pull = estimator.state(), estimator._tracker.pull
+    state, pull = estimator.state(), estimator._supervisor.tracker.pull
     assert abs(state.d1 - TRANSMISSION_1.d1) < 1.96 * np.sqrt(state.d1_variance)
-    assert state.d1_variance == pytest.approx(estimator._tracker.p[Z.D1, Z.D1] + pull[Z.D1] ** 2)
-    assert abs(pull[Z.D1]) > 0.5 * np.sqrt(estimator._tracker.p[Z.D1, Z.D1])
+    assert state.d1_variance == pytest.approx(estimator._supervisor.tracker.p[Z.D1, Z.D1] + pull[Z.D1] ** 2)
+    assert abs(pull[Z.D1]) > 0.5 * np.sqrt(estimator._supervisor.tracker.p[Z.D1, Z.D1])

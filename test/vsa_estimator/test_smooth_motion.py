@@ -38,7 +38,7 @@ def test_intervals_narrow_in_smooth_motion_and_widen_when_the_rod_is_pushed():
     deflection = (recording.deflection + stroke).tolist()
     for sample in zip(recording.stamp_ns.tolist(), recording.force.tolist(), deflection, strict=True):
         estimator.add(*sample)
-        shares.append(estimator._tracker.known[FOUND + SHARES :].copy())
+        shares.append(estimator._supervisor.tracker.known[FOUND + SHARES :].copy())
     calm, pushed = np.array(shares)[~late], np.array(shares)[late]
     assert (np.array(shares[0]) == 1.0).all()
     assert (calm[-1] < [0.8, 0.6]).all()
