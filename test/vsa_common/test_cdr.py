@@ -4,6 +4,7 @@ import math
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
@@ -17,8 +18,10 @@ from vsa_common.cdr import (
     Writer,
     read_counters,
     read_position,
+    read_positions,
     read_stamp,
     read_wrench,
+    read_wrenches,
     write_counters,
 )
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
@@ -181,6 +184,42 @@ def test_either_byte_order_is_understood(both_orders):
     for message in (impedance("transmission_1"), joint("è lento"), state("why")):
         for data in both_orders(message):
             assert reader(type(message)).read(data) == (STAMP_NS, values_of(message))
+
+
+def stamped_alike(message, number, place):
+    """The same message at other stamps and with other numbers."""
+    messages = []
+    for k in range(5):
+        message.header.stamp = Time(sec=k, nanosec=999_999_999 - k)
+        place(message, number + k)
+        messages.append(serialize_message(message))
+    return messages
+
+
+def set_force(message, number):
+    message.wrench.force.x = number
+
+
+def set_position(message, number):
+    message.position[0] = number
+
+
+def test_many_messages_at_once_read_as_each_of_them(both_orders):
+    forces = stamped_alike(wrench("ab"), 1.5, set_force)
+    positions = stamped_alike(joint_state(["a", "bcd"]), 0.25, set_position)
+    mixed_forces = [*forces, *both_orders(wrench("another's")), *both_orders(wrench("ab")), forces[0]]
+    mixed_positions = [*positions, *both_orders(joint_state(["a", "xyz"])), serialize_message(joint_state([], ()))]
+    for messages, read_one, read_all in (
+        (forces, read_wrench, read_wrenches), (mixed_forces, read_wrench, read_wrenches),
+        (positions, read_position, read_positions), (mixed_positions, read_position, read_positions),
+        (both_orders(joint_state(["a"]))[::-1] * 3, read_position, read_positions),
+    ):  # fmt: skip
+        stamps, numbers = read_all(messages)
+        np.testing.assert_array_equal(stamps, [read_one(message)[0] for message in messages])
+        np.testing.assert_array_equal(numbers, [read_one(message)[1] for message in messages])
+    for cut in range(len(forces[0]) - 48):
+        with pytest.raises((struct.error, IndexError)):
+            read_wrenches([forces[0], forces[1][:cut]])
 
 
 def test_literal_bytes_of_a_big_endian_machine():

@@ -3,13 +3,18 @@
 Reads both byte orders, so that nobody needs rclpy for a message from a machine of the other one; writes this machine's.
 """
 
+import math
 import struct
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from vsa_common.stamps import NANOSECONDS
+
+Columns = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 FORCE_X, TORQUE_Z = 0, 5  # places among the numbers of a Wrench
 
@@ -108,29 +113,22 @@ def read_stamp(data: bytes) -> int:
 
 def read_wrench(data: bytes, which: int = FORCE_X) -> tuple[int, float]:
     """Stamp [ns] and one number of a geometry_msgs/WrenchStamped: FORCE_X [N] or TORQUE_Z [N m]."""
-    order = data[1] & 1
-    seconds, nanoseconds, length = _STAMP_LENGTH[order].unpack_from(data, _HEAD)
-    at = _HEAD + 12 + length
-    (value,) = _DOUBLE[order].unpack_from(data, at + (_HEAD - at) % 8 + 8 * which)
-    return seconds * NANOSECONDS + nanoseconds, value
+    return _stamped(data, _first_number(data) + 8 * which)
 
 
 def read_position(data: bytes) -> tuple[int, float]:
     """Stamp [ns] and the first position of a sensor_msgs/JointState, NaN where it has none."""
-    order = data[1] & 1
-    unpack_length = _LENGTH[order].unpack_from
-    at = _after_header(data, order)
-    (names,) = unpack_length(data, at)
-    at += 4
-    for _ in range(names):
-        at += 4 + unpack_length(data, at)[0]
-        at += -at % 4
-    (positions,) = unpack_length(data, at)
-    value = float("nan")
-    if positions:
-        at += 4
-        (value,) = _DOUBLE[order].unpack_from(data, at + (_HEAD - at) % 8)
-    return read_stamp(data), value
+    return _stamped(data, _first_position(data))
+
+
+def read_wrenches(messages: Sequence[bytes]) -> Columns:
+    """Stamps [ns] and FORCE_X [N] of messages in the order of the sequence, as `read_wrench` reads each."""
+    return _all_stamped(messages, _first_number)
+
+
+def read_positions(messages: Sequence[bytes]) -> Columns:
+    """Stamps [ns] and first positions likewise, as `read_position` reads each."""
+    return _all_stamped(messages, _first_position)
 
 
 def read_counters(data: bytes) -> tuple[list[int], list[int]]:
@@ -154,6 +152,48 @@ def write_counters(frame: str, stamps: Sequence[int], counters: Sequence[int]) -
     data = bytes([0, _NATIVE, 0, 0]) + struct.pack("=iII", *parts[-2:], len(name)) + name
     data += bytes(-len(data) % 4) + struct.pack(f"={1 + 2 * count}II", count, *parts, count)
     return data + bytes((_HEAD - len(data)) % 8) + struct.pack(f"={count}Q", *counters)
+
+
+def _first_number(data: bytes) -> int:
+    """Where the first double after a std_msgs/Header is."""
+    at = _HEAD + 12 + _LENGTH[data[1] & 1].unpack_from(data, _HEAD + 8)[0]
+    return int(at + (_HEAD - at) % 8)
+
+
+def _first_position(data: bytes) -> int:
+    """Where the first position of a sensor_msgs/JointState is; 0 where it has none."""
+    order = data[1] & 1
+    unpack_length = _LENGTH[order].unpack_from
+    at = _after_header(data, order)
+    (names,) = unpack_length(data, at)
+    at += 4
+    for _ in range(names):
+        at += 4 + unpack_length(data, at)[0]
+        at += -at % 4
+    (positions,) = unpack_length(data, at)
+    at += 4
+    return at + (_HEAD - at) % 8 if positions else 0
+
+
+def _stamped(data: bytes, at: int) -> tuple[int, float]:
+    """Stamp [ns] and the double there, NaN for a place of 0."""
+    return read_stamp(data), _DOUBLE[data[1] & 1].unpack_from(data, at)[0] if at else math.nan
+
+
+def _all_stamped(messages: Sequence[bytes], place: Callable[[bytes], int]) -> Columns:
+    """`_stamped` of each: all at once, where they are the first one with other stamps and numbers."""
+    first, at = messages[0], place(messages[0])
+    if at and len(first) >= at + 8 and all(len(message) == len(first) for message in messages):
+        table = np.frombuffer(b"".join(messages), np.uint8).reshape(len(messages), -1)
+        if (table[:, [1, *range(_HEAD + 8, at)]] == table[0, [1, *range(_HEAD + 8, at)]]).all():
+            order = "><"[first[1] & 1]
+            seconds, nanoseconds, number = (
+                np.ascontiguousarray(table[:, begin : begin + int(kind[1])]).view(order + kind)[:, 0]
+                for begin, kind in ((_HEAD, "i4"), (_HEAD + 4, "u4"), (at, "f8"))
+            )
+            return seconds.astype(np.int64) * NANOSECONDS + nanoseconds, number.astype(float)
+    stamps, numbers = zip(*(_stamped(message, place(message)) for message in messages), strict=True)
+    return np.array(stamps, np.int64), np.array(numbers, float)
 
 
 def _after_header(data: bytes, order: int) -> int:

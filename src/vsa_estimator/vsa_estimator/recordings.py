@@ -2,15 +2,15 @@
 
 import re
 import struct
-from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.bags import read_raw, topics
-from vsa_common.cdr import read_position, read_wrench
+from vsa_common.cdr import read_positions, read_wrenches
 from vsa_common.stamps import NANOSECONDS
 from vsa_common.tables import read_columns
 from vsa_estimator.pairing import ENCODER, FORCE, pair_all
@@ -19,8 +19,10 @@ from vsa_estimator.settings import NodeConfig
 CSV_COLUMNS = ("stamp", "force", "deflection")
 TOLERANCE_NS = round(NodeConfig.pairing_tolerance * NANOSECONDS)  # as the node pairs live
 WINDOW_NS = round(NodeConfig.reorder_window * NANOSECONDS)
+AT_ONCE = 4096  # messages of a bag
 FIRST_STAMP_NS = NANOSECONDS  # a recording that counts from zero begins here: zero is no valid stamp
 
+_Read = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float64]]  # sensors, stamps [ns], values
 _TYPES = ("geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState")  # of force and encoder
 _FORCE_TOPIC = re.compile(r"(?:.*/)?(?P<transmission>[^/]+)/force")
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -89,23 +91,17 @@ def read_csv(path: Path, transmission: str) -> Recording:
 def read_bag(path: Path, transmission: str | None) -> list[Recording]:
     """Samples of the transmissions that a bag holds force and encoder of."""
     sources = _sources(path, transmission)
-    halves = {name: _Halves() for name in sources}
-    takers: dict[str, Callable[[bytes], None]] = {}
-    for name, (force_topic, encoder_topic) in sources.items():
-        takers[force_topic] = halves[name].taker(FORCE, read_wrench)
-        takers[encoder_topic] = halves[name].taker(ENCODER, read_position)
+    halves = {name: _Halves(path, *pair) for name, pair in sources.items()}
+    takers = {topic: taker for found in halves.values() for topic, taker in found.takers.items()}
     for topic, _, data in read_raw(path, list(takers)):
-        try:
-            takers[topic](data)
-        except (struct.error, IndexError) as error:
-            raise RecordingError(f"{path}: {topic}: a message ends too early: {error}") from error
+        takers[topic](data)
     complete = is_complete(path)
     recordings = []
     for name, found in halves.items():
         stamp_ns, force, deflection = found.pairs()
         if not len(stamp_ns):
             raise RecordingError(f"{path}: {name}: no force and encoder message with the same stamp")
-        unpaired = len(found.stamps) - 2 * len(stamp_ns)
+        unpaired = found.count - 2 * len(stamp_ns)
         recordings.append(
             Recording(path, name, stamp_ns, stamp_ns / NANOSECONDS, force, deflection, unpaired, complete)
         )
@@ -125,24 +121,41 @@ def is_complete(path: Path) -> bool:
 class _Halves:
     """Messages of one transmission in the order of the bag."""
 
-    def __init__(self) -> None:
-        self.sensors, self.stamps, self.values = bytearray(), array("q"), array("d")
+    def __init__(self, path: Path, force_topic: str, encoder_topic: str) -> None:
+        self.count = 0
+        self.takers: dict[str, Callable[[bytes], None]] = {
+            force_topic: partial(self._take, FORCE), encoder_topic: partial(self._take, ENCODER)
+        }  # fmt: skip
+        self._path = path
+        self._waiting: list[tuple[int, bytes]] = []
+        self._read: list[_Read] = []
 
-    def taker(self, sensor: int, decode: Callable[[bytes], tuple[int, float]]) -> Callable[[bytes], None]:
-        """What keeps a message of `sensor`."""
-
-        def take(data: bytes) -> None:
-            stamp_ns, value = decode(data)
-            self.sensors.append(sensor)
-            self.stamps.append(stamp_ns)
-            self.values.append(value)
-
-        return take
+    def _take(self, sensor: int, data: bytes) -> None:
+        """Keep a message; they are read some thousand at once, in a tenth of the time."""
+        self.count += 1
+        self._waiting.append((sensor, data))
+        if len(self._waiting) >= AT_ONCE:
+            self._read_waiting()
 
     def pairs(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """Stamps [ns], forces [N] and deflections [m] of the samples."""
-        columns = (np.array(self.sensors), np.array(self.stamps), np.array(self.values))
-        return pair_all(*columns, TOLERANCE_NS, WINDOW_NS)
+        self._read_waiting()
+        sensors, stamps, values = (np.concatenate(column) for column in zip(*self._read, strict=True))
+        return pair_all(sensors, stamps, values, TOLERANCE_NS, WINDOW_NS)
+
+    def _read_waiting(self) -> None:
+        sensors = np.array([sensor for sensor, _ in self._waiting], np.uint8)
+        stamps, values = np.empty(len(sensors), np.int64), np.empty(len(sensors))
+        for topic, sensor, read in zip(self.takers, (FORCE, ENCODER), (read_wrenches, read_positions), strict=True):
+            messages = [data for one, data in self._waiting if one == sensor]
+            if not messages:
+                continue
+            try:
+                stamps[sensors == sensor], values[sensors == sensor] = read(messages)
+            except (struct.error, IndexError) as error:
+                raise RecordingError(f"{self._path}: {topic}: a message ends too early: {error}") from error
+        self._read.append((sensors, stamps, values))
+        self._waiting = []
 
 
 def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str]]:
