@@ -14,6 +14,7 @@ from vsa_estimator.values import ROW, Status
 Moments = NDArray[np.int64]
 
 STIFFNESS = 0.1  # greatest relative standard deviation of a valid stiffness
+PARTED = 0.25  # of d1, with which a stiffness is valid before the filter takes over: else it may be the damper's
 DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D vanishes
 NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
 FAR = 16.0  # squared standard deviations
@@ -70,7 +71,8 @@ def assess_into(
     complaining = doubted or stamp_ns < moments[COMPLAINED]
     trusted = heard and not (doubted or blind)
     stiffness = out[6]
-    stiffness_valid = trusted and ln_variance < STIFFNESS * STIFFNESS
+    parted = knows or p[5, 5] < (PARTED * z[5]) ** 2
+    stiffness_valid = trusted and parted and ln_variance < STIFFNESS * STIFFNESS
     tolerance = DAMPING * max(abs(damping), 0.2 * z[5])
     damping_valid = trusted and knows and damping_variance < tolerance * tolerance
     row[0] = heard and not complaining
