@@ -32,3 +32,8 @@ def test_a_heavy_mass_makes_nothing_wrong_and_sure(motion, seed):
     wrong = confidently_wrong(track, recording)
     assert wrong["inertia"] == 0.0
     assert wrong["stiffness"] == 0.0
+
+
+def test_a_speed_near_the_greatest_force_makes_no_damping_wrong_and_sure():
+    track, recording = run("transmission_2", "multisine", 130587564, rig="other")
+    assert confidently_wrong(track, recording)["damping"] < 0.01

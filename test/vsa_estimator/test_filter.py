@@ -175,6 +175,9 @@ class Reference:
         total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + bent
         free = self.free()
         free[7] *= abs(z[2]) * np.sqrt(p[7, 7]) >= 0.2 * np.sqrt(noise)
+        unsure = abs(abs(z[1]) - maximum_speed(z[5], z[6])) < step.EITHER_SIDE * np.sqrt(p[1, 1])
+        told = (gradient @ p)[6] ** 2 / (gradient @ p @ gradient + total + own) / p[6, 6]
+        free[5:7] = not unsure or told <= step.MOST_TOLD
         self.update(measured, gradient, expected + np.trace(hessian @ p) / 2.0, total, free, 2.0, own)
         z = self.force.x[:, 0]
         z[4], z[5], z[7], z[9] = max(z[4], 20.0), max(z[5], 50.0), max(z[7], 0.0), max(z[9], 0.0)
@@ -186,6 +189,20 @@ def multisine(t):
     amplitude = np.array([4e-3, 1.6e-4])
     x = 0.0105 + amplitude @ np.sin(w * t)
     return x, (amplitude * w) @ np.cos(w * t), -(amplitude * w**2) @ np.sin(w * t)
+
+
+@pytest.mark.parametrize(("d2_std", "beyond", "teaches"), [(6e7, 0.5, False), (6e7, 8.0, True), (1e6, 0.5, True)])
+def test_where_the_damper_may_be_at_its_greatest_force_or_not_no_force_tells_much_of_it(d2_std, beyond, teaches):
+    z = np.array([0.01, 0.0, 0.0, 7.0, 250.0, 5500.0, -1.8e8, 0.3, 20.0, 0.3])
+    w = maximum_speed(z[5], z[6])
+    z[1] = w * (1.0 + 0.05 * beyond)
+    p = np.diag([1e-12, (0.05 * w) ** 2, 1e-4, 1e-4, 1.0, 50.0**2, d2_std**2, 1e-3, 1e-2, 1e-4])
+    before, variance = z.copy(), np.diag(p).copy()
+    expected = force(z, 0.01, COULOMB_SPEED, np.empty(SIZE), np.empty((SIZE, SIZE)))
+    assert step.correct_force(z, p, 0.01, expected + 0.3, 3e-4, 1e-12, 0.01, 0.01, np.zeros(3))
+    assert (z[5] != before[5], p[5, 5] < variance[5]) == (teaches, teaches)
+    assert (z[6] != before[6], p[6, 6] < variance[6]) == (teaches, teaches)
+    assert p[3, 3] < variance[3]
 
 
 @pytest.mark.parametrize("beyond", [-3.0, -1.0, -0.2, 0.2, 1.0, 3.0, -6.0, 6.0])

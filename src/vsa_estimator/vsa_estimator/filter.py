@@ -25,13 +25,15 @@ DRIFT = np.array([2.5e-11, 2.5e-7, 0.0025, 2.5e7, 0.0, 2.5e-8, 2.5e-9])
 
 REST_SPEED = 0.1e-3  # below it the transmission counts as standing still [m/s]
 REVERSAL_SPEED = 0.10e-3  # around a reversal the Coulomb law is wrong within this speed [m/s] ...
-REVERSAL_SHARE = 0.4  # ... by this share of the friction ...
+REVERSAL_SHARE = 0.33  # ... by this share of the friction ...
 LEAST_REVERSAL_FORCE = 0.015  # ... and by this at least [N] ...
 REVERSAL_TIME = 0.01  # ... and stays so for this long at least, and for as long as no clear speed is seen [s]
 
 OWN_NOISE = 0.5  # share of the encoder's noise, through the stiffness, by which a force counts for less
 
 KNOWN_SPEED = 0.2  # of v*: greatest standard deviation of a speed for which the kink there is softened
+EITHER_SIDE = 6.0  # standard deviations of a speed within which it may be on either side of v*: then no force ...
+MOST_TOLD = 0.1  # ... tells more than this share of the variance of d2: it might be no greatest force
 
 LEAST_STROKE = 0.6  # k2 x stroke under which a bent spring looks like a straight one
 STROKE_MEMORY = 20.0  # time constant of the stroke that the filter remembers [s]
@@ -173,7 +175,8 @@ def correct_force(
     hessian = np.zeros((SIZE, SIZE))
     blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * (p[1, 1] + (z[2] * dt) ** 2 / 12.0))  # speeds that a step spans, too
     expected = force(z, reference, blur, gradient, hessian)
-    soften_kink(z, np.sqrt(p[1, 1]), gradient, hessian)
+    speed_std, w = np.sqrt(p[1, 1]), maximum_speed(z[5], z[6])
+    soften_kink(z, speed_std, gradient, hessian)
     curvature = hessian @ p
     mean = 0.0
     for i in range(SIZE):
@@ -198,6 +201,8 @@ def correct_force(
     bar(z, p, stroke, gain)
     if abs(z[2]) * np.sqrt(p[7, 7]) < 0.2 * np.sqrt(noise_variance):
         gain[7] = 0.0
+    if abs(abs(z[1]) - w) < EITHER_SIDE * speed_std and ph[6] * ph[6] > MOST_TOLD * variance * p[6, 6]:
+        gain[5:7] = 0.0
     if pull is not None:
         pull -= gain * (gradient @ pull - friction_form(z, blur))
     correct(z, p, ph, gain, innovation, variance - own)
