@@ -240,13 +240,14 @@ def _held(piece: Piece, theta: Array) -> tuple[Array, Array]:
 def _weights(piece: Piece, theta: Array, reference: float) -> tuple[Array, Array]:
     """Weights, (samples, 1), and their derivatives by deflection, velocity and acceleration, (samples, 3).
 
-    Eq. (19)'s R_w is force noise and, seen through the stiffness, deflection noise; slow rows fade out.
+    Eq. (19)'s R_w is force noise and, seen through stiffness, damping and inertia, the motion's; slow rows fade out.
     """
-    stiffness = _force_slopes(piece, theta, reference)[0]
-    elastic = (stiffness * piece.deflection_noise) ** 2
-    weights = 1.0 / (piece.force_noise**2 + elastic)
+    stiffness, damping, inertia = slopes = _force_slopes(piece, theta, reference)
+    by = np.einsum("iab,bi->ai", piece.motion_covariance, np.stack(slopes))
+    weights = 1.0 / (piece.force_noise**2 + stiffness * by[0] + damping * by[1] + inertia * by[2])
+    held, inside = _held(piece, theta)
     r = np.clip(np.abs(piece.velocity) / piece.slowest - 1.0, 0.0, 1.0)
     fade, fade_slope = r * r * (3.0 - 2.0 * r), 6.0 * r * (1.0 - r) / piece.slowest * np.sign(piece.velocity)
-    by_deflection = -2.0 * theta[K2] * elastic * weights**2 * fade
-    slopes = np.stack([by_deflection, weights * fade_slope, np.zeros_like(fade)], axis=1)
-    return (weights * fade)[:, None], slopes
+    by_deflection = -2.0 * theta[K2] * stiffness * by[0] * weights**2 * fade
+    by_velocity = -12.0 * theta[D2] * held * inside * by[1] * weights**2 * fade + weights * fade_slope
+    return (weights * fade)[:, None], np.stack([by_deflection, by_velocity, np.zeros_like(fade)], axis=1)
