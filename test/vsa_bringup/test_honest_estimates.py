@@ -24,11 +24,18 @@ def test_brisk_strokes_are_no_witness_against_a_filter_that_is_right(transmissio
 
 
 @pytest.mark.parametrize(
-    ("motion", "seed"),
-    [("multisine", 41005), ("slow2", 41005), ("half_hz", 41005), ("half_hz", 1680322833), ("slow", 1624528405)],
+    ("transmission", "motion", "seed"),
+    [
+        ("transmission_1", "multisine", 41005),
+        ("transmission_1", "slow2", 41005),
+        ("transmission_1", "half_hz", 41005),
+        ("transmission_1", "half_hz", 1680322833),
+        ("transmission_1", "slow", 1624528405),
+        ("transmission_2", "slow", 138123108),
+    ],
 )
-def test_a_heavy_mass_makes_nothing_wrong_and_sure(motion, seed):
-    track, recording = run("transmission_1", motion, seed, mass="heavy")
+def test_a_heavy_mass_makes_nothing_wrong_and_sure(transmission, motion, seed):
+    track, recording = run(transmission, motion, seed, mass="heavy")
     wrong = confidently_wrong(track, recording)
     assert wrong["inertia"] == 0.0
     assert wrong["stiffness"] == 0.0

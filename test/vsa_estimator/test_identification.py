@@ -1,6 +1,7 @@
 """Identification finds the coefficients that made the data, and knows how well."""
 
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +53,7 @@ def test_intervals_are_no_wider_than_the_errors_ask_for():
 def test_two_recordings_know_more_than_one():
     halves = [recording(seed=seed, seconds=30.0) for seed in range(1, 5)]
     one = [identify([half]).std("k2") for half in halves]
-    two = [identify([first, second]).std("k2") for first, second in zip(halves, halves[1:], strict=False)]
+    two = [identify([first, second]).std("k2") for first, second in pairwise(halves)]
     assert np.mean(two) < 0.8 * np.mean(one)  # the square root of a half, but for the scatter of few blocks
 
 

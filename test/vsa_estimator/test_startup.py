@@ -7,6 +7,7 @@ import pytest
 from transmission_data import ANOTHER, MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.rows import BAND, whiten
+from vsa_estimator.startup import Fit
 from vsa_estimator.values import Status
 
 
@@ -83,6 +84,20 @@ def test_a_heavy_mass_behind_one_tone_leaves_the_stiffness_unknown():
     std = np.sqrt(column(estimates, "stiffness_variance")) / stiffness
     assert not column(estimates, "stiffness_valid").any()
     assert np.all(np.abs(np.log(stiffness / recording.stiffness)) < 4.0 * std)
+
+
+def test_a_fit_that_leaps_from_the_one_before_is_as_wide_as_the_leap():
+    def fit(ln_stiffness, std):
+        mean = np.array([ln_stiffness, 250.0, 4e3, -1e8, 0.4, 16.0, 0.3])
+        return Fit(mean, np.diag([std**2, 25.0, 1e4, 1e14, 0.1, 0.1, 0.01]), 0.02, 0.01, 1e-3)
+
+    first, near, far = fit(7.0, 0.1), fit(7.2, 0.03), fit(7.4, 0.03)
+    assert first.after(None) is first
+    assert near.after(first) is near
+    leapt = far.after(first)
+    assert np.array_equal(leapt.mean, far.mean)
+    assert leapt.covariance[0, 0] == pytest.approx(0.4**2 + 0.03**2)
+    assert near.after(leapt) is near  # back again: from one so wide that is no leap
 
 
 def test_rows_that_share_noise_are_made_white():

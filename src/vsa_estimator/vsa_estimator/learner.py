@@ -24,6 +24,8 @@ class Learner:
         self._buffer = np.zeros((int(KEPT * rate), 3))
         self._count = 0
         self._work: Slices[Fit | None] | None = None
+        self._audit = False
+        self._before: Fit | None = None
         self._due = 0.0
         self._range = (0.0, 0.0)
         self._greatest_force = 0.0
@@ -33,6 +35,7 @@ class Learner:
         """Forget all data."""
         self._count = 0
         self._work = None
+        self._before = None
 
     def add(self, time: float, deflection: float, force: float) -> None:
         """Take a sample of a stretch that moves [s, m, N]."""
@@ -59,6 +62,7 @@ class Learner:
         self._range = float(deflection.max()), float(deflection.min())
         self._greatest_force = float(force.max())
         self._duration = time.size * period
+        self._audit = audit
         self._work = self._slices(
             smooth(time, deflection, force, period, deflection_noise_std, force_noise_std, jerk_density),
             reference, force_noise_std, deflection_noise_std, audit,
@@ -81,6 +85,8 @@ class Learner:
         except StopIteration as finished:
             self._work = None
             fit: Fit | None = finished.value
+            if fit is not None and not self._audit:
+                fit = self._before = fit.after(self._before)
             return fit
         return None
 

@@ -7,7 +7,7 @@ noise of the motion alone pretends to know is taken off the normal equations aga
 All of it is cut into slices of a fraction of a millisecond: no sample has to wait for more.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6
 INFLATION = 1.2  # of the regression's covariance: the damper's clip and the smoothing are known only so well
 PRETENCE = 0.1  # share of noise in what is known of a direction, above which nothing is ...
+LEAP = 2.5  # standard deviations of the stiffness, from one fit to the next
 GUESSED = 0.25  # ... and above which it does not even count in favour of a k2
 
 
@@ -36,6 +37,17 @@ class Fit:
     ln_k2_std: float
     stroke: float  # [m]
     acceleration: float  # root mean square [m/s^2]
+
+    def after(self, before: "Fit | None") -> "Fit":
+        """This fit; where it leaps from the one `before`, over all but the last of the same rows, as wide as the leap.
+
+        What more rows tell lies within what fewer left open, but for chance. Where a first sweep of the stroke ends a
+        regression may take the damper for the spring, and be sure of it until the next.
+        """
+        if before is None or abs(self.mean[0] - before.mean[0]) < LEAP * np.sqrt(before.covariance[0, 0]):
+            return self
+        leap = self.mean - before.mean
+        return replace(self, covariance=self.covariance + np.outer(leap, leap))
 
 
 @dataclass(frozen=True)
