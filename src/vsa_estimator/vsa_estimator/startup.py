@@ -24,8 +24,8 @@ SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6
 INFLATION = 1.2  # of the regression's covariance: the damper's clip and the smoothing are known only so well
 PRETENCE = 0.1  # share of noise in what is known of a direction, above which nothing is ...
-LEAP = 2.5  # standard deviations of the stiffness, from one fit to the next
 GUESSED = 0.25  # ... and above which it does not even count in favour of a k2
+LEAP = 2.5  # standard deviations of the stiffness, from one fit to the next, that no chance explains
 
 
 @dataclass(frozen=True)
