@@ -11,14 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.filter import REST_SPEED
 from vsa_estimator.model import UNBOUNDED_SPEED, Array
-from vsa_estimator.rows import BAND, DRAWS, LEAST_ROWS, Rows, Slices, whiten
+from vsa_estimator.problem import Problem
+from vsa_estimator.rows import DRAWS, Rows, Slices, whiten
 from vsa_estimator.settings import Initial
 
-REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...
-REVERSAL_SPEED = 0.3e-3  # ... which is this wide [m/s]
-COULOMB_SPEED = 0.1e-3  # of the friction's transition; sharper, a heavy mass starts with a wrong damper [m/s]
 MEMBERS = 15
 SPAN = 0.7  # half-width of the first grid, in ln k2
 PASSES = 6
@@ -50,58 +47,6 @@ class Fit:
         return replace(self, covariance=self.covariance + np.outer(leap, leap))
 
 
-@dataclass(frozen=True)
-class _Problem:
-    """Rows that move, and what does not change between passes."""
-
-    rows: Rows
-    dx: Array
-    alone: Array  # (BAND + 1, n): covariance of each row with those before it without noise of the motion [N^2]
-    shared: Array  # (3, 3, BAND + 1, n): covariance of value, slope and curvature of the motion, of the same rows
-    noise: Array  # (3, n, DRAWS): value, slope and curvature of noise as large as the encoder's
-    friction: Array  # expected sign of the speed, as far as the rows tell it
-    friction_noise: Array  # (n, DRAWS): what noise of the speed does to it
-
-    @classmethod
-    def of(cls, rows: Rows, reference: float, force_noise_std: float, deflection_noise_std: float) -> "_Problem | None":
-        moving = np.abs(rows.velocity) > REST_SPEED
-        if np.count_nonzero(moving) < LEAST_ROWS:
-            return None
-        kept = rows.part(moving)
-        v, n = kept.velocity, kept.velocity.size
-        shared = np.zeros((3, 3, BAND + 1, n))
-        alone = np.zeros((BAND + 1, n))
-        for b in range(min(BAND + 1, n)):
-            apart = kept.place[b:] - kept.place[: n - b]
-            found = kept.shared[np.arange(b, n), np.minimum(apart, BAND)] * (apart <= BAND)[:, None, None]
-            shared[:, :, b, b:] = deflection_noise_std**2 * found.transpose(1, 2, 0)
-            alone[b, b:] = force_noise_std**2 * found[:, 0, 0]
-        # A smoothed reversal is as wide as the window's change of speed.
-        width = REVERSAL_SPEED**2 + (0.7 * kept.acceleration * kept.half_width) ** 2
-        alone[0] += (REVERSAL_FORCE * np.exp(-(v**2) / width)) ** 2
-        # and the sign of its speed is blurred by that and by noise [m/s]
-        speed_variance = deflection_noise_std**2 * kept.shared[:, 0, 1, 1]
-        blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * speed_variance + (0.5 * kept.acceleration * kept.half_width) ** 2)
-        noise = deflection_noise_std * kept.noise
-        speeds = v[:, None]
-        ahead, behind = (np.tanh((speeds + dv) / blur[:, None]) for dv in (noise[1], -noise[1]))
-        return cls(
-            kept, kept.deflection - reference, alone, shared, noise, np.tanh(v / blur), 0.5 * (ahead - behind)
-        )  # fmt: skip
-
-    def covariance(self, sigma: Array, damping: float, mass: float) -> Array:
-        """Of the rows' forces [N^2] as `whiten` takes it, given the slopes by which noise of the motion enters them."""
-        s = self.shared
-        earlier = np.zeros(s.shape[2:])
-        for b in range(min(BAND + 1, sigma.size)):
-            earlier[b, b:] = sigma[: sigma.size - b]
-        of_spring = sigma * s[0, 0] + damping * s[1, 0] + mass * s[2, 0]
-        of_damper = sigma * s[0, 1] + damping * s[1, 1] + mass * s[2, 1]
-        of_mass = sigma * s[0, 2] + damping * s[1, 2] + mass * s[2, 2]
-        found = self.alone + of_spring * earlier + of_damper * damping + of_mass * mass
-        return np.ascontiguousarray(found.T)
-
-
 def _maximum_speed(d1: float, d2: float) -> float:
     return float(min(np.sqrt(d1 / (-3.0 * d2)), UNBOUNDED_SPEED)) if d2 < -1e5 else UNBOUNDED_SPEED
 
@@ -109,7 +54,7 @@ def _maximum_speed(d1: float, d2: float) -> float:
 class _Bank:
     """Members over k2, refined pass by pass from one assumption of v*."""
 
-    def __init__(self, prior: "Regression", problem: _Problem, speed: float) -> None:
+    def __init__(self, prior: "Regression", problem: Problem, speed: float) -> None:
         self._prior = prior
         self._problem = problem
         self._speed = speed
@@ -297,7 +242,7 @@ class Regression:
         Both count by how well they explain the force: where a damper at its maximum explains it as well as one below,
         the fit is as wide as the two are apart.
         """
-        problem = _Problem.of(rows, reference, force_noise_std, deflection_noise_std)
+        problem = Problem.of(rows, reference, force_noise_std, deflection_noise_std)
         if problem is None:
             return None
         widest = _maximum_speed(self.mean[1], self.mean[2])
