@@ -41,6 +41,20 @@ def test_a_heavy_mass_makes_nothing_wrong_and_sure(transmission, motion, seed):
     assert wrong["stiffness"] == 0.0
 
 
+@pytest.mark.parametrize(
+    ("transmission", "seed"),
+    [
+        ("transmission_1", 4170990700),
+        ("transmission_1", 4248281612),
+        ("transmission_1", 4270396371),
+        ("transmission_2", 3065463558),
+    ],
+)
+def test_nor_does_one_of_another_rig_on_a_slow_tone(transmission, seed):
+    track, recording = run(transmission, "slow", seed, mass="heavy", rig="other")
+    assert confidently_wrong(track, recording) == {"stiffness": 0.0, "damping": 0.0, "inertia": 0.0}
+
+
 def test_a_speed_near_the_greatest_force_makes_no_damping_wrong_and_sure():
     track, recording = run("transmission_2", "multisine", 130587564, rig="other")
     assert confidently_wrong(track, recording)["damping"] < 0.01

@@ -7,7 +7,7 @@ import pytest
 from transmission_data import ANOTHER, MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.rows import BAND, whiten
-from vsa_estimator.startup import Fit
+from vsa_estimator.startup import FADING, Fit
 from vsa_estimator.values import Status
 
 
@@ -87,17 +87,30 @@ def test_a_heavy_mass_behind_one_tone_leaves_the_stiffness_unknown():
 
 
 def test_a_fit_that_leaps_from_the_one_before_is_as_wide_as_the_leap():
-    def fit(ln_stiffness, std):
-        mean = np.array([ln_stiffness, 250.0, 4e3, -1e8, 0.4, 16.0, 0.3])
+    def fit(ln_stiffness, std, k2=250.0):
+        mean = np.array([ln_stiffness, k2, 4e3, -1e8, 0.4, 16.0, 0.3])
         return Fit(mean, np.diag([std**2, 25.0, 1e4, 1e14, 0.1, 0.1, 0.01]), 0.02, 0.01, 1e-3)
 
     first, near, far = fit(7.0, 0.1), fit(7.2, 0.03), fit(7.4, 0.03)
     assert first.after(None) is first
-    assert near.after(first) is near
+    assert np.array_equal(near.after(first).covariance, near.covariance)
     leapt = far.after(first)
     assert np.array_equal(leapt.mean, far.mean)
     assert leapt.covariance[0, 0] == pytest.approx(0.4**2 + 0.03**2)
-    assert near.after(leapt) is near  # back again: from one so wide that is no leap
+    back = near.after(leapt)  # from one so wide that is no leap, but the doubt lasts
+    assert back.covariance[0, 0] == pytest.approx((FADING * 0.4) ** 2 + 0.03**2)
+    assert near.after(back).covariance[0, 0] == pytest.approx((FADING**2 * 0.4) ** 2 + 0.03**2)
+
+
+def test_a_leap_of_k2_makes_it_too_uncertain_to_start_a_filter_from():
+    def fit(k2):
+        mean = np.array([7.0, k2, 4e3, -1e8, 0.4, 16.0, 0.3])
+        return Fit(mean, np.diag([1e-4, 25.0, 1e4, 1e14, 0.1, 0.1, 0.01]), 0.02, 0.01, 1e-3)
+
+    assert fit(260.0).after(fit(250.0)).ln_k2_std == pytest.approx(0.02)
+    leapt = fit(230.0).after(fit(250.0))
+    assert leapt.covariance[1, 1] == pytest.approx(20.0**2 + 25.0)
+    assert leapt.ln_k2_std == pytest.approx(np.hypot(0.02, 20.0 / 230.0))
 
 
 def test_rows_that_share_noise_are_made_white():

@@ -26,6 +26,7 @@ class Learner:
         self._work: Slices[Fit | None] | None = None
         self._audit = False
         self._before: Fit | None = None
+        self._confident = False  # of the last fit
         self._due = 0.0
         self._range = (0.0, 0.0)
         self._greatest_force = 0.0
@@ -36,6 +37,7 @@ class Learner:
         self._count = 0
         self._work = None
         self._before = None
+        self._confident = False
 
     def add(self, time: float, deflection: float, force: float) -> None:
         """Take a sample of a stretch that moves [s, m, N]."""
@@ -100,14 +102,19 @@ class Learner:
         return (yield from self._regression.work(rows, reference, force_std, deflection_std))
 
     def sure(self, fit: Fit, force_noise_std: float) -> bool:
-        """Whether a filter that starts from this fit errs less by its linearisation than by noise."""
+        """Whether a filter that starts from this fit errs less by its linearisation than by noise.
+
+        And could so half a second ago: a fit that is sure for once is not. An audit stands by itself.
+        """
         bent = fit.stroke * fit.mean[1]
         elastic = max(self._greatest_force - fit.mean[5], 1.0)
         error = (fit.ln_k2_std * bent) ** 2 / 8.0 * elastic
         tolerated = 0.06 * force_noise_std * max(1.0, self._duration / 20.0) ** 2
         known = fit.ln_k2_std < 0.1 and fit.covariance[0, 0] < 0.01
         known &= fit.covariance[2, 2] < (SURE_DAMPING * fit.mean[2]) ** 2
-        return bool(error < tolerated and known and bent > LEAST_STROKE)
+        enough = bool(error < tolerated and known and bent > LEAST_STROKE)
+        confirmed, self._confident = self._confident or self._audit, enough
+        return enough and confirmed
 
     @property
     def range(self) -> tuple[float, float]:

@@ -7,7 +7,7 @@ noise of the motion alone pretends to know is taken off the normal equations aga
 All of it is cut into slices of a fraction of a millisecond: no sample has to wait for more.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ PASSES = 6
 INFLATION = 1.2  # of the regression's covariance: the damper's clip and the smoothing are known only so well
 PRETENCE = 0.1  # share of noise in what is known of a direction, above which nothing is ...
 GUESSED = 0.25  # ... and above which it does not even count in favour of a k2
-LEAP = 2.5  # standard deviations of the stiffness, from one fit to the next, that no chance explains
+LEAP = 2.5  # standard deviations of stiffness or k2, from one fit to the next, that no chance explains ...
+FADING = 0.7  # ... and share of the doubt about it that is left one fit later
 
 
 @dataclass(frozen=True)
@@ -34,17 +35,22 @@ class Fit:
     ln_k2_std: float
     stroke: float  # [m]
     acceleration: float  # root mean square [m/s^2]
+    doubt: Array = field(default_factory=lambda: np.zeros(7))  # what a leap may have changed wrongly
 
     def after(self, before: "Fit | None") -> "Fit":
         """This fit; where it leaps from the one `before`, over all but the last of the same rows, as wide as the leap.
 
         What more rows tell lies within what fewer left open, but for chance. Where a first sweep of the stroke ends a
-        regression may take the damper for the spring, and be sure of it until the next.
+        regression may take the damper for the spring, and be sure of it for some seconds: so long the doubt lasts.
         """
-        if before is None or abs(self.mean[0] - before.mean[0]) < LEAP * np.sqrt(before.covariance[0, 0]):
+        if before is None:
             return self
         leap = self.mean - before.mean
-        return replace(self, covariance=self.covariance + np.outer(leap, leap))
+        leaps = np.any(np.abs(leap[:2]) > LEAP * np.sqrt(np.diag(before.covariance)[:2]))
+        doubt = leap if leaps else FADING * before.doubt
+        ln_k2_std = float(np.hypot(self.ln_k2_std, doubt[1] / self.mean[1]))
+        covariance = self.covariance + np.outer(doubt, doubt)
+        return replace(self, covariance=covariance, ln_k2_std=ln_k2_std, doubt=doubt)
 
 
 def _maximum_speed(d1: float, d2: float) -> float:
