@@ -199,7 +199,7 @@ class Supervisor:
         per_block = 1.0 / math.sqrt(block.samples)
         self.learner.begin(
             period, self.tracker.reference, self.force_noise.std * per_block,
-            self.deflection_noise.std * per_block, self.jerk.density, audit=self.tracker.knows,
+            self.deflection_noise.std * per_block, self.jerk.likeliest, audit=self.tracker.knows,
         )  # fmt: skip
 
     def learn(self) -> None:
