@@ -39,6 +39,16 @@ def test_the_level_stays_within_a_quarter_and_four_times_of_what_was_given():
     assert level(np.random.default_rng(4).standard_normal(900)) == pytest.approx(0.017 * 4.0)
 
 
+def test_friction_at_brisk_reversals_is_hardly_taken_for_noise():
+    rng = np.random.default_rng(1)
+    time, omega = 0.01 * np.arange(3000), 2.0 * np.pi * np.array([0.05, 0.7, 1.7])
+    speed = np.cos(time[:, None] * omega + np.array([0.0, 1.3, 2.6])) @ (omega * np.array([4e-3, 1.6e-4, 8e-5]))
+    noise = NoiseLevel(0.01, 0.0, 3000)
+    for force in 0.5 * np.tanh(speed / 5e-5) + 0.0054 * rng.standard_normal(time.size):
+        noise.add(force)
+    assert 0.0054 < noise.refresh() < 1.4 * 0.0054
+
+
 def test_the_jerk_density_of_a_simulated_white_jerk_is_found_within_a_factor_of_two():
     rng = np.random.default_rng(5)
     density, dt = 1e-3, 0.01

@@ -30,6 +30,7 @@ class Z(IntEnum):
 
 SIZE = 10
 COULOMB_SPEED = 0.07e-3  # speed at which the filter's Coulomb friction has risen to 76 % [m/s]
+FORM = 3.0**-0.5  # root mean square of what is spread evenly between none and one
 UNBOUNDED_SPEED = 1.0  # maximum speed of a damper that is linear as far as one can tell [m/s]
 
 
@@ -98,6 +99,9 @@ def force(z: Array, reference: float, coulomb_speed: float, gradient: Array, hes
 
 @compiled
 def friction_form(z: Array, coulomb_speed: float) -> float:
-    """How much more force [N] there is at state z, if the friction has no transition: the sign itself, not smoothed."""
+    """How much more force [N] there may be at state z, one standard deviation, as the friction's form is unknown.
+
+    Any form counts as likely between the smoothed one and none at all, the sign itself.
+    """
     v, coulomb = z[1], z[9]
-    return coulomb * (np.sign(v) - np.tanh(v / coulomb_speed))
+    return FORM * coulomb * (np.sign(v) - np.tanh(v / coulomb_speed))

@@ -6,7 +6,8 @@ from vsa_estimator.model import Array
 
 _SPREAD = 20.0  # variance of a third difference of unit white noise: 1 + 9 + 9 + 1
 _MEDIAN = 0.455  # median of chi-square with one degree of freedom
-_OUTLIER = 9.0  # squared differences are capped at this multiple of the variance
+_OUTLIER = 4.0  # squared differences are capped at this multiple of the variance ...
+_CAPPED = 0.9205  # ... and then have this mean, if they are Gaussian and the variance is 1
 RUN, TAKEN = 3, 4
 
 
@@ -29,7 +30,7 @@ def robust_mean(squares: Array) -> float:
         most, total = _OUTLIER * mean, 0.0
         for square in squares:
             total += min(square, most)
-        mean = total / squares.size
+        mean = total / (_CAPPED * squares.size)
     return mean
 
 
