@@ -14,7 +14,7 @@ from vsa_estimator.values import Reset
 from vsa_estimator.witness import SHIFT_TIME, Coefficients, Witness
 
 KEEP = 4.0  # between two memories of what was known [s]
-PROBATION = 8.0  # without contradiction, before what was learnt counts for more than what is measured [s]
+PROBATION = 7.0  # without contradiction, before what was learnt counts for more than what is measured [s]
 GIVE_UP = 6.0  # of contradiction, by sensors that are otherwise well, before all is forgotten [s]
 
 CONTRADICTION = "force and encoder contradict what was learnt: a sensor drifts, or the transmission has changed"
