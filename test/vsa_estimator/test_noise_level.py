@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vsa_estimator.jerk import LEAST_HEAVY, MARGIN, JerkDensity
+from vsa_estimator.jerk import MARGIN, JerkDensity
 from vsa_estimator.noise_level import NoiseLevel
 
 
@@ -49,9 +49,9 @@ def test_friction_at_brisk_reversals_is_hardly_taken_for_noise():
     assert 0.0054 < noise.refresh() < 1.4 * 0.0054
 
 
-def test_the_jerk_density_of_a_simulated_white_jerk_is_found_within_a_factor_of_two():
+def followed_white_jerk(density):
     rng = np.random.default_rng(5)
-    density, dt = 1e-3, 0.01
+    dt = 0.01
     x = v = a = 0.0
     jerk = JerkDensity()
     for k in range(2000):
@@ -60,8 +60,19 @@ def test_the_jerk_density_of_a_simulated_white_jerk_is_found_within_a_factor_of_
         jerk.add(x + 1e-5 * rng.standard_normal(), 1e-10, dt)
         if k % 50 == 49:
             jerk.refresh()
+    return jerk
+
+
+def test_the_jerk_density_of_a_simulated_white_jerk_is_found_within_a_factor_of_two():
+    jerk = followed_white_jerk(1e-3)
     assert 5e-4 < jerk.likeliest < 2e-3
     assert jerk.density == MARGIN * jerk.likeliest
+
+
+def test_jerk_densities_are_told_apart_between_the_candidates_of_the_bank():
+    found = [followed_white_jerk(density).likeliest for density in (1e-3, 1.5e-3, 2.2e-3)]
+    assert np.all(np.diff(found) > 0.0)
+    assert found[2] / found[0] == pytest.approx(2.2, rel=0.25)
 
 
 def test_a_livelier_motion_has_a_greater_jerk_density():
@@ -75,4 +86,3 @@ def test_a_livelier_motion_has_a_greater_jerk_density():
 
     slow, fast = density(0.05), density(2.0)
     assert slow < fast / 100.0
-    assert slow >= LEAST_HEAVY

@@ -104,7 +104,8 @@ class Learner:
     def sure(self, fit: Fit, force_noise_std: float) -> bool:
         """Whether a filter that starts from this fit errs less by its linearisation than by noise.
 
-        And could so half a second ago: a fit that is sure for once is not. An audit stands by itself.
+        And could so half a second ago: a fit that is sure for once is not. An audit stands by itself. To be asked of
+        each fit, once.
         """
         bent = fit.stroke * fit.mean[1]
         elastic = max(self._greatest_force - fit.mean[5], 1.0)
