@@ -6,7 +6,7 @@ python examples/analyse.py vsa_demo/bag
 import sys
 
 import numpy as np
-from vsa_common.bags import BagError, read
+from vsa_common.io.bags import BagError, read
 from vsa_common.figures import SIDES, panels, save
 
 

@@ -1,21 +1,23 @@
+from xml.etree import ElementTree
+
 from setuptools import find_packages, setup
 
-package_name = "vsa_common"
+package = ElementTree.parse("package.xml").getroot()  # name, version and licence stand there alone
+name = package.findtext("name")
 
 setup(
-    name=package_name,
-    version="0.1.0",
+    name=name,
+    version=package.findtext("version"),
     packages=find_packages(),
-    package_data={package_name: ["*.xml"]},
+    package_data={f"{name}.ros": ["*.xml"]},
     data_files=[
-        ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
-        (f"share/{package_name}", ["package.xml"]),
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
     ],
     install_requires=["setuptools"],
-    extras_require={"test": ["pytest"]},
-    zip_safe=True,
-    maintainer="VSA maintainers",
-    maintainer_email="maintainers@example.com",
-    description="What every node of the suite shares.",
-    license="Apache-2.0",
+    zip_safe=False,
+    maintainer=package.findtext("maintainer"),
+    maintainer_email=package.find("maintainer").get("email"),
+    description=package.findtext("description"),
+    license=package.findtext("license"),
 )

@@ -1,29 +1,30 @@
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-package_name = "vsa_driver"
+package = ElementTree.parse("package.xml").getroot()  # name, version and licence stand there alone
+name = package.findtext("name")
 
 setup(
-    name=package_name,
-    version="0.1.0",
+    name=name,
+    version=package.findtext("version"),
     packages=find_packages(),
     data_files=[
-        ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
-        (f"share/{package_name}", ["package.xml"]),
-        (f"share/{package_name}/config", glob("config/*")),
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+        (f"share/{name}/config", glob("config/*")),
     ],
     install_requires=["setuptools"],
-    zip_safe=True,
-    maintainer="VSA maintainers",
-    maintainer_email="maintainers@example.com",
-    description="CAN bus to force and encoder topics, motor commands to CAN, and a simulated rig.",
-    license="Apache-2.0",
+    zip_safe=False,
+    maintainer=package.findtext("maintainer"),
+    maintainer_email=package.find("maintainer").get("email"),
+    description=package.findtext("description"),
+    license=package.findtext("license"),
     entry_points={
         "console_scripts": [
-            "driver = vsa_driver.driver:main",
-            "rig_simulator = vsa_driver.rig_simulator:main",
-            "calibrate = vsa_driver.calibrate:main",
+            "driver = vsa_driver.node:main",
+            "calibrate = vsa_driver.calibration.command:main",
         ],
     },
 )

@@ -1,25 +1,30 @@
+from xml.etree import ElementTree
+
 from setuptools import find_packages, setup
 
+package = ElementTree.parse("package.xml").getroot()  # name, version and licence stand there alone
+name = package.findtext("name")
+
 setup(
-    name="vsa_estimator",
-    version="0.1.0",
-    packages=find_packages(include=["vsa_estimator"]),
+    name=name,
+    version=package.findtext("version"),
+    packages=find_packages(),
     data_files=[
-        ("share/ament_index/resource_index/packages", ["resource/vsa_estimator"]),
-        ("share/vsa_estimator", ["package.xml"]),
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
     ],
     install_requires=["setuptools"],
-    extras_require={"test": ["pytest"]},
-    maintainer="VSA maintainers",
-    maintainer_email="maintainers@example.com",
-    description="Live impedance of one exponential-spring transmission, its identification and its noise.",
-    license="Apache-2.0",
+    zip_safe=False,
+    maintainer=package.findtext("maintainer"),
+    maintainer_email=package.find("maintainer").get("email"),
+    description=package.findtext("description"),
+    license=package.findtext("license"),
     entry_points={
         "console_scripts": [
             "estimator = vsa_estimator.node:main",
-            "replay = vsa_estimator.replay:main",
-            "identify = vsa_estimator.identify:main",
-            "noise = vsa_estimator.noise:main",
+            "replay = vsa_estimator.cli.replay:main",
+            "identify = vsa_estimator.cli.identify:main",
+            "noise = vsa_estimator.cli.noise:main",
         ],
     },
 )

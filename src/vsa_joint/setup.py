@@ -1,23 +1,28 @@
+from xml.etree import ElementTree
+
 from setuptools import find_packages, setup
 
+package = ElementTree.parse("package.xml").getroot()  # name, version and licence stand there alone
+name = package.findtext("name")
+
 setup(
-    name="vsa_joint",
-    version="0.1.0",
-    packages=find_packages(include=["vsa_joint"]),
+    name=name,
+    version=package.findtext("version"),
+    packages=find_packages(),
     data_files=[
-        ("share/ament_index/resource_index/packages", ["resource/vsa_joint"]),
-        ("share/vsa_joint", ["package.xml"]),
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
     ],
     install_requires=["setuptools"],
-    extras_require={"test": ["pytest"]},
-    maintainer="VSA maintainers",
-    maintainer_email="maintainers@example.com",
-    description="Joint impedance from two transmissions, and stiffness control.",
-    license="Apache-2.0",
+    zip_safe=False,
+    maintainer=package.findtext("maintainer"),
+    maintainer_email=package.find("maintainer").get("email"),
+    description=package.findtext("description"),
+    license=package.findtext("license"),
     entry_points={
         "console_scripts": [
-            "joint = vsa_joint.joint:main",
-            "stiffness_controller = vsa_joint.stiffness_controller:main",
+            "joint = vsa_joint.node:main",
+            "stiffness_controller = vsa_joint.controller_node:main",
         ],
     },
 )

@@ -3,16 +3,16 @@
 from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
-from vsa_bringup.joint_bench.case import estimator_config
-from vsa_bringup.joint_bench.experiment import joint_side
-from vsa_driver.rig.config import RigConfig, TorqueConfig
-from vsa_driver.rig.rig import Rig
+from vsa_bench.joint.case import estimator_config
+from vsa_bench.joint.experiment import joint_side
+from vsa_simulator.rig.config import RigConfig, TorqueConfig
+from vsa_simulator.rig.rig import Rig
 from vsa_estimator.estimator import Estimator
-from vsa_joint.configuration import ControlConfig, JointConfig
-from vsa_joint.control import Target
-from vsa_joint.fusion import JointFusion
-from vsa_joint.springs import learned_spring
-from vsa_joint.supervisor import Inputs, JointNow, Supervisor
+from vsa_joint.settings import ControlConfig, JointConfig
+from vsa_joint.control.controller import Target
+from vsa_joint.impedance.fusion import JointFusion
+from vsa_joint.control.springs import learned_spring
+from vsa_joint.control.supervisor import Inputs, JointNow, Supervisor
 
 RATE_HZ, CONTROL_HZ = 500, 100
 PLAN = ((14.0, None), (3.0, 1.0), (3.0, 2.0), (3.0, 6.0))  # seconds, commanded stiffness [N m/rad]

@@ -180,7 +180,9 @@ def _of_mode(mode: str, only: list[str]) -> dict[str, dict[str, object]]:
 def main() -> int:
     """Run the command; its exit code."""
     parser = argparse.ArgumentParser(prog="golden", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("action", choices=["check", "renew", "compute", "record"], help="the last two are for the others")
+    parser.add_argument(
+        "action", choices=["check", "renew", "compute", "record"], help="the last two are for the others"
+    )
     parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--beginnings", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--mode", choices=["numba", "plain", "both"], default="both")

@@ -12,21 +12,21 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from vsa_bringup.estimation_bench.cases import case
-from vsa_bringup.estimation_bench.methods import _configuration
-from vsa_bringup.estimation_bench.recordings import record
-from vsa_bringup.estimation_bench.starts import draw
-from vsa_bringup.settings import paper_rig
-from vsa_bringup.topics import TRANSMISSIONS
-from vsa_common.configuration import build, load
-from vsa_driver.bus import Frame
-from vsa_driver.mapping import load_frames
-from vsa_driver.rig.failure import scenario
-from vsa_driver.rig.faults import Faults
-from vsa_driver.rig.rig import Rig
-from vsa_driver.rig_frames import RigFrames
-from vsa_driver.rig_simulator import SimulatorConfig
-from vsa_driver.router import Router
+from vsa_bench.estimation.cases import case
+from vsa_bench.estimation.methods import _configuration
+from vsa_bench.estimation.recordings import record
+from vsa_bench.estimation.starts import draw
+from vsa_tools.demo.parameters import paper_rig
+from vsa_tools.topics import TRANSMISSIONS
+from vsa_common.config.configuration import build, load
+from vsa_driver.can.bus import Frame
+from vsa_driver.acquisition.mapping import load_frames
+from vsa_simulator.faults.failure import scenario
+from vsa_simulator.faults.injection import Faults
+from vsa_simulator.rig.rig import Rig
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.node import SimulatorConfig
+from vsa_driver.acquisition.router import Router
 from vsa_driver.settings import DriverSettings
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
 
@@ -85,7 +85,11 @@ def of_disturbances() -> Iterator[Recording]:
 
 def _late_stamps(stamps, force, deflection, rng):
     """Stamps late by an exponential delay, in order, as those of a busy host."""
-    return np.maximum.accumulate(stamps + (3e5 * rng.standard_exponential(stamps.size)).astype(np.int64)), force, deflection
+    return (
+        np.maximum.accumulate(stamps + (3e5 * rng.standard_exponential(stamps.size)).astype(np.int64)),
+        force,
+        deflection,
+    )
 
 
 def _bursts(stamps, force, deflection, rng):
@@ -144,8 +148,10 @@ def _other_rig(stamps, force, deflection, rng):
     """Another transmission from the middle on."""
     one = case(motion="multisine", rate_hz=200, rig="other")
     other = record(one, [8], 30.0)
-    return stamps, np.where(np.arange(stamps.size) < 3000, force, other.force[0]), np.where(
-        np.arange(stamps.size) < 3000, deflection, other.deflection[0]
+    return (
+        stamps,
+        np.where(np.arange(stamps.size) < 3000, force, other.force[0]),
+        np.where(np.arange(stamps.size) < 3000, deflection, other.deflection[0]),
     )
 
 
@@ -180,7 +186,7 @@ def _rehearsed(rate: int, seed: int, seconds: float) -> dict[str, list[tuple[int
     faults, frames = Faults(rate, config.sensors, seed), RigFrames(load_frames(config.dbc))
     settings = load(paper_rig(), "driver", DriverSettings)
     router = Router(load_frames(settings.dbc), settings)
-    file = Path(get_package_share_directory("vsa_driver"), "config", "scenario_faults.yaml")
+    file = Path(get_package_share_directory("vsa_simulator"), "config", "scenario_faults.yaml")
     waiting, last_ns = list(scenario(yaml.safe_load(file.read_text()))), 0
     samples: dict[str, list[tuple[int, float, float]]] = {name: [] for name in TRANSMISSIONS}
     for number in range(int(seconds * rate)):

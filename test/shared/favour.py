@@ -3,7 +3,7 @@
 import contextlib
 import dataclasses
 
-from vsa_bringup.processes import renice
+from vsa_common.ros.subprocesses import renice
 
 NICE = -15
 RIG = {"realtime": {"priority": 50}}  # where permitted: a real rig is no process that waits for others

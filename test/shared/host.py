@@ -4,7 +4,7 @@ import functools
 import time
 from contextlib import ExitStack
 
-from vsa_bringup.live_bench.lateness import Lateness
+from vsa_bench.harness.delay import Lateness
 
 HICCUP = 0.02  # s by which a process that comes before all others may wake too late
 PERIOD = 0.01  # s between two wakings of it

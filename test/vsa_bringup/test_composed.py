@@ -17,15 +17,15 @@ from rclpy.experimental import EventsExecutor
 from std_srvs.srv import Trigger
 from vsa_bringup import composed
 from vsa_bringup.composed import OWED, DirectDriver, Turns, nodes
-from vsa_common.node import RELIABLE
+from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds
-from vsa_driver.bus import BusConfig, open_bus
-from vsa_driver.mapping import load_frames
-from vsa_driver.rig.config import RigConfig
-from vsa_driver.rig.rig import Rig
-from vsa_driver.rig_frames import RigFrames
+from vsa_driver.can.bus import BusConfig, open_bus
+from vsa_driver.acquisition.mapping import load_frames
+from vsa_simulator.rig.config import RigConfig
+from vsa_simulator.rig.rig import Rig
+from vsa_simulator.frames import RigFrames
 from vsa_estimator.node import EstimatorNode
-from vsa_joint.joint import JointNode
+from vsa_joint.node import JointNode
 from vsa_msgs.msg import JointImpedance, TransmissionImpedance
 
 pytestmark = pytest.mark.live

@@ -4,8 +4,8 @@ import ast
 from pathlib import Path
 
 import pytest
-from vsa_bringup.processes import executable
-from vsa_bringup.settings import base_parameters
+from vsa_common.ros.subprocesses import executable
+from vsa_tools.demo.parameters import base_parameters
 
 FOLDER = Path(__file__).parents[2] / "src/vsa_bringup/launch"
 FILES = sorted(FOLDER.glob("*.launch.py"))

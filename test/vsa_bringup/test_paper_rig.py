@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 import yaml
-from vsa_common.configuration import flatten, load
+from vsa_common.config.configuration import flatten, load
 
 FILE = Path(__file__).parents[2] / "src/vsa_bringup/config/paper_rig.yaml"
 NODES = {
     "driver": "vsa_driver.settings.DriverSettings",
     "estimator_1": "vsa_estimator.settings.NodeConfig",
     "estimator_2": "vsa_estimator.settings.NodeConfig",
-    "joint": "vsa_joint.configuration.JointConfig",
-    "recorder": "vsa_bringup.record.RecorderConfig",
-    "stiffness_controller": "vsa_joint.configuration.ControlConfig",
-    "rig_simulator": "vsa_driver.rig_simulator.SimulatorConfig",
+    "joint": "vsa_joint.settings.JointConfig",
+    "recorder": "vsa_tools.record.command.RecorderConfig",
+    "stiffness_controller": "vsa_joint.settings.ControlConfig",
+    "rig_simulator": "vsa_simulator.node.SimulatorConfig",
 }
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, measure, record, wrong_start
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.learner import Learner
-from vsa_estimator.model import Z
-from vsa_estimator.tracker import CONTRADICTION, Tracker
-from vsa_estimator.values import Reset
+from vsa_estimator.initialization.scheduler import Learner
+from vsa_estimator.force_law.transmission import Z
+from vsa_estimator.filter.tracker import CONTRADICTION, Tracker
+from vsa_estimator.output.estimate import Reset
 
 
 @cache

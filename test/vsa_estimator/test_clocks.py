@@ -12,7 +12,7 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.executors import SingleThreadedExecutor
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from vsa_common.node import RELIABLE
+from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_msgs.msg import TransmissionImpedance
 

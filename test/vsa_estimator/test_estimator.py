@@ -10,7 +10,7 @@ import pytest
 from transmission_data import MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.values import Estimate, Reset, Status
+from vsa_estimator.output.estimate import Estimate, Reset, Status
 
 SECOND = 1_000_000_000
 

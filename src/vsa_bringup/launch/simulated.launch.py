@@ -15,7 +15,7 @@ def generate_launch_description() -> LaunchDescription:
     """What to start."""
     suite = PathJoinSubstitution([FindPackageShare("vsa_bringup"), "launch", "joint.launch.py"])
     rig = Node(
-        package="vsa_driver",
+        package="vsa_simulator",
         executable="rig_simulator",
         name="rig_simulator",
         namespace=LaunchConfiguration("namespace"),

@@ -1,1 +1,1 @@
-"""Launch files, configuration and the user's tools: demo, record, report, view, design, bench."""
+"""Launch files, configuration, layouts and the composed executable."""

@@ -17,17 +17,17 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
-from vsa_bringup.processes import end_with
-from vsa_common.configuration import ConfigurationError
-from vsa_common.joints import joints
-from vsa_common.life import run
-from vsa_common.node import SuiteNode
-from vsa_common.rest import Rest
-from vsa_driver.capture import Sample
-from vsa_driver.driver import DriverNode
+from vsa_common.ros.subprocesses import end_with
+from vsa_common.config.configuration import ConfigurationError
+from vsa_common.config.joints import joints
+from vsa_common.ros.process import run
+from vsa_common.ros.node import SuiteNode
+from vsa_common.ros.idle import Rest
+from vsa_driver.acquisition.channel import Sample
+from vsa_driver.node import DriverNode
 from vsa_estimator.node import EstimatorNode, impedance_of
-from vsa_estimator.values import Estimate
-from vsa_joint.joint import JointNode, side_of
+from vsa_estimator.output.estimate import Estimate
+from vsa_joint.node import JointNode, side_of
 
 LOOK_NS = 5_000_000  # how often one side's silence is looked for while the other speaks
 FOLLOWS_NS = 10_000_000  # within which the other side's frame of the same sample comes

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from vsa_common.configuration import ConfigurationError, flag, group, quantity, words
-from vsa_driver.bus import BusConfig
+from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, words
+from vsa_driver.can.bus import BusConfig
 
 _FORCE = "message.signal of the DBC that carries the rod force"
 _ENCODER = "message.signal that carries the encoder; where it is another message, both make one sample"

@@ -5,11 +5,11 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
-from vsa_common.cdr import write_counters
-from vsa_common.node import RELIABLE
-from vsa_common.throttled import Throttled
-from vsa_driver.capture import JointSample, MotorSample, Sample
-from vsa_driver.prepared import Prepared
+from vsa_common.ros.cdr import write_counters
+from vsa_common.ros.node import RELIABLE
+from vsa_common.ros.throttle import Throttled
+from vsa_driver.acquisition.channel import JointSample, MotorSample, Sample
+from vsa_driver.message_template import Prepared
 from vsa_msgs.msg import CaptureCounters
 
 _MARKS = (1.5e-200, 2.5e-200)  # stand where a prepared message is filled

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator import signs
-from vsa_estimator.assessment import (
+from vsa_estimator.preprocessing import sensor_checks as signs
+from vsa_estimator.output.predictor import (
     BELIEFS,
     FOLLOWED,
     HOLDS,
@@ -19,16 +19,16 @@ from vsa_estimator.assessment import (
     follow,
     follow_all,
 )
-from vsa_estimator.blocks import Block
-from vsa_estimator.health import Health
-from vsa_estimator.intake import DROP, JUMP
-from vsa_estimator.model import Array
-from vsa_estimator.observability import Known, explain, judge
-from vsa_estimator.samples import DEFLECTION_SPIKE, FORCE_SPIKE, Samples
+from vsa_estimator.preprocessing.decimator import Block
+from vsa_estimator.fault_detection.latch import Health
+from vsa_estimator.preprocessing.validation import DROP, JUMP
+from vsa_estimator.force_law.transmission import Array
+from vsa_estimator.output.validity import Known, explain, judge
+from vsa_estimator.preprocessing.pipeline import DEFLECTION_SPIKE, FORCE_SPIKE, Samples
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.supervisor import Supervisor
-from vsa_estimator.values import Estimate, Reset, State, Status, no_rows, row_of
-from vsa_estimator.warm_up import warm_up
+from vsa_estimator.output.estimate import Estimate, Reset, State, Status, no_rows, row_of
+from vsa_estimator.precompile import warm_up
 
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]

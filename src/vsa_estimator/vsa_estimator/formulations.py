@@ -4,9 +4,9 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.model import Array
+from vsa_estimator.force_law.transmission import Array
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.values import Estimate, Reset, State
+from vsa_estimator.output.estimate import Estimate, Reset, State
 
 
 class TransmissionEstimator(Protocol):
@@ -40,7 +40,7 @@ class TransmissionEstimator(Protocol):
 def create_estimator(config: EstimatorConfig) -> TransmissionEstimator:
     """The estimator that `config` asks for, in its first state."""
     if config.formulation == "force_rate":
-        from vsa_estimator.force_rate import ForceRateEstimator
+        from vsa_estimator.force_rate.estimator import ForceRateEstimator
 
         return ForceRateEstimator(config)
     from vsa_estimator.estimator import Estimator

@@ -11,16 +11,16 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
-from vsa_common.cdr import Writer, read_position, read_wrench
-from vsa_common.life import run
-from vsa_common.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
-from vsa_common.recent import Recent, described
-from vsa_common.throttled import Throttled
-from vsa_estimator.flight_recorder import FlightRecorder
+from vsa_common.ros.cdr import Writer, read_position, read_wrench
+from vsa_common.ros.process import run
+from vsa_common.ros.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
+from vsa_common.ros.diagnostics import Recent, described
+from vsa_common.ros.throttle import Throttled
+from vsa_estimator.offline.flight_recorder import FlightRecorder
 from vsa_estimator.formulations import create_estimator
-from vsa_estimator.pairing import Pairing
+from vsa_estimator.preprocessing.pairing import Pairing
 from vsa_estimator.settings import NodeConfig
-from vsa_estimator.values import Estimate, Reset, State, Status
+from vsa_estimator.output.estimate import Estimate, Reset, State, Status
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
 WATCH = 0.005  # how often silence is looked for [s]

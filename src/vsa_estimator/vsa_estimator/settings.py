@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from vsa_common.configuration import choice, group, quantity, words
+from vsa_common.config.configuration import choice, group, quantity, words
 
 
 @dataclass(frozen=True)

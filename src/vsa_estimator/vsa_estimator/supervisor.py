@@ -6,20 +6,20 @@ Where the rod is when the encoder tells another story, whether a motion has brok
 import math
 
 import numpy as np
-from vsa_estimator.assessment import BRIDGED
-from vsa_estimator.blocks import Block
-from vsa_estimator.filter import REST_SPEED
-from vsa_estimator.health import Health
-from vsa_estimator.jerk import LEAST, LEAST_HEAVY, JerkDensity
-from vsa_estimator.jump import Jump
-from vsa_estimator.learner import Learner
-from vsa_estimator.noise_level import NoiseLevel
-from vsa_estimator.observability import inertia_known
-from vsa_estimator.samples import UNDAMPED, Samples
+from vsa_estimator.output.predictor import BRIDGED
+from vsa_estimator.preprocessing.decimator import Block
+from vsa_estimator.filter.ekf import REST_SPEED
+from vsa_estimator.fault_detection.latch import Health
+from vsa_estimator.filter.process_noise import LEAST, LEAST_HEAVY, JerkDensity
+from vsa_estimator.fault_detection.encoder_step import Jump
+from vsa_estimator.initialization.scheduler import Learner
+from vsa_estimator.filter.measurement_noise import NoiseLevel
+from vsa_estimator.output.validity import inertia_known
+from vsa_estimator.preprocessing.pipeline import UNDAMPED, Samples
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.tracker import Tracker
-from vsa_estimator.trust import CONTRADICTION, SILENCE, Trust
-from vsa_estimator.values import Reset
+from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.fault_detection.consistency import CONTRADICTION, SILENCE, Trust
+from vsa_estimator.output.estimate import Reset
 
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
 NOISE_MEMORY = 9.0  # [s]

@@ -1,0 +1,1 @@
+"""Benches for developers: each compares side by side in one run."""

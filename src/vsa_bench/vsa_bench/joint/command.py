@@ -1,0 +1,113 @@
+"""`./vsa bench joint`: the joint's impedance identified independently of the estimators, beside theirs."""
+
+import argparse
+import json
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, astuple
+from itertools import product
+from pathlib import Path
+
+from vsa_bench.joint.case import Case
+from vsa_bench.joint.experiment import Outcome, run
+from vsa_bench.joint.plot import plot
+from vsa_bench.joint.recorded import identify_bag
+from vsa_bench.joint.report import HEADER, NOTE, case_json, rows, summary
+from vsa_common.io.bags import BagError
+from vsa_common.config.configuration import load
+from vsa_common.terminal import progress, show_table
+from vsa_joint.settings import JointConfig
+from vsa_joint.experiment.excitation import PERIOD
+
+FORCES = (19.5, 30.0, 50.0, 80.0, 120.0)  # N, five levels of co-contraction
+TENDONS = (2e4, 1e5, 2e6)  # N/m
+FRICTIONS = (0.3, 0.5)  # N
+SEEDS = 2
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the experiment; exit code 0."""
+    arguments = _arguments(argv)
+    if arguments.bag:
+        return _from_bag(arguments)
+    cases = _cases(arguments)
+    outcomes: list[Outcome] = []
+    with ProcessPoolExecutor(arguments.jobs) as pool, progress(len(cases), "experiments", count=True) as bar:
+        for outcome in pool.map(run, cases):
+            outcomes.append(outcome)
+            bar.advance()
+    show_table("Joint impedance: experiment and estimate", HEADER, rows(outcomes), NOTE, texts=0)
+    print(summary(outcomes))
+    if arguments.json:
+        arguments.json.write_text(json.dumps({"cases": [case_json(o) for o in outcomes]}, indent=1) + "\n")
+    if arguments.plot:
+        plot(outcomes, arguments.plot)
+    return 0
+
+
+def _from_bag(arguments: argparse.Namespace) -> int:
+    config = load(arguments.config, "joint", JointConfig) if arguments.config else JointConfig()
+    try:
+        found = identify_bag(arguments.bag, config.joint, arguments.period)
+    except (BagError, ValueError) as error:
+        print(f"bench joint: {error}", file=sys.stderr)
+        return 1
+    units = {"stiffness": "N m/rad", "damping": "N m s/rad", "inertia": "kg m^2"}
+    rows_of_table = [
+        [name, f"{value:.4g}", f"{value - 1.96 * std:.4g} to {value + 1.96 * std:.4g}", units[name]]
+        for name, value, std in zip(units, astuple(found.impedance), astuple(found.std), strict=True)
+    ]
+    note = f"dry friction {1e3 * found.friction:.3g} mN m, unexplained {1e3 * found.residual:.3g} mN m rms"
+    show_table("Joint impedance from torque and angle", ("", "value", "95 % interval", ""), rows_of_table, note)
+    if arguments.json:
+        result = {
+            "identified": asdict(found.impedance),
+            "identified_std": asdict(found.std),
+            "friction": found.friction,
+        }
+        arguments.json.write_text(json.dumps(result, indent=1) + "\n")
+    return 0
+
+
+def _cases(arguments: argparse.Namespace) -> list[Case]:
+    forces, tendons, seeds = arguments.force, [1e3 * k for k in arguments.tendon], arguments.seeds
+    if arguments.quick:
+        forces, tendons, seeds = [50.0], [1e5], 1
+    chosen = []
+    for friction in arguments.friction:
+        repeats = seeds if friction else 1
+        first = arguments.seed + (1000 if friction == max(FRICTIONS) else 0)
+        chosen += [
+            Case(force, tendon, friction, first + repeat)
+            for tendon, force, repeat in product(tendons, forces, range(repeats))
+        ]
+    return chosen
+
+
+def _arguments(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="bench joint",
+        description="Motors held, external torque on the joint: its impedance from torque and angle alone, against the "
+        "rig's truth, the reflections and the live estimate. Simulated, faster than real time.",
+    )
+    parser.add_argument("--force", nargs="+", type=float, default=list(FORCES), metavar="N", help="rod force held")
+    parser.add_argument("--tendon", nargs="+", type=float, default=[1e-3 * k for k in TENDONS], metavar="N/mm")
+    parser.add_argument("--friction", nargs="+", type=float, default=[0.0, *FRICTIONS], metavar="N", help="of each rod")
+    parser.add_argument(
+        "--seeds", type=int, default=SEEDS, metavar="COUNT", help=f"runs a case with friction ({SEEDS})"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="first seed (1)")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
+    parser.add_argument("--quick", action="store_true", help="one place, with and without friction: within a minute")
+    parser.add_argument(
+        "--bag", type=Path, help="no simulation: identify from external_torque and joint_states of a bag"
+    )
+    parser.add_argument("--period", type=float, default=PERIOD, metavar="S", help="of the bag's torque (%(default)s)")
+    parser.add_argument("--config", type=Path, metavar="YAML", help="whose section `joint` has the bag's geometry")
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="png, svg or pdf")
+    return parser.parse_args(argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

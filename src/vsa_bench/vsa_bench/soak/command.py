@@ -1,0 +1,63 @@
+"""`./vsa bench soak`: random frames, hours through the filter, and the whole suite with its memory watched."""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from vsa_bench.soak.filter import soak_filter, soak_frames
+from vsa_common.terminal import show_table
+
+FRAMES, HOURS, MINUTES = 1_000_000, 24.0, 10.0
+FLAT_MB = 20.0  # growth of a process that counts as none
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point; exit code 1 where something was not as it should be."""
+    parser = argparse.ArgumentParser(prog="bench soak", description=__doc__)
+    parser.add_argument("--frames", type=int, default=FRAMES, metavar="N", help="random frames (%(default)s; 0: none)")
+    parser.add_argument("--hours", type=float, default=HOURS, help="simulated hours through the filter (%(default)s)")
+    parser.add_argument(
+        "--live", type=float, default=MINUTES, metavar="MIN", help="minutes of the whole suite (%(default)s)"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
+    options = parser.parse_args(argv)
+    figures: dict[str, Any] = {}
+    if options.frames:
+        figures["frames"] = soak_frames(options.frames)
+    if options.hours:
+        figures["filter"] = soak_filter(options.hours)
+    if options.live:
+        from vsa_bench.soak.live import soak_live
+
+        figures["live"] = soak_live(60.0 * options.live)
+    if options.json:
+        options.json.write_text(json.dumps(figures, indent=2) + "\n")
+    rows = [[part, name, str(value)] for part, values in figures.items() for name, value in values.items()]
+    wrong = faults(figures)
+    show_table("Soak", ("", "figure", "value"), rows, "; ".join(wrong) or "nothing amiss", texts=2)
+    return 1 if wrong else 0
+
+
+def faults(figures: dict[str, Any]) -> list[str]:
+    """What is not as it should be, in words.
+
+    >>> faults({"filter": {"unsound": 0, "rss_growth_mb": 50.0}})
+    ['filter: memory grew by 50.0 MB']
+    """
+    found = []
+    for part, values in figures.items():
+        for name in ("unsound", "wrong_but_valid", "samples_lost"):
+            found += [f"{part}: {name} {values[name]}"] if values.get(name) else []
+        growths = values.get("rss_growth_mb", 0.0)
+        for process, growth in (growths if isinstance(growths, dict) else {"memory": growths}).items():
+            found += [f"{part}: {process} grew by {growth} MB"] if growth > FLAT_MB else []
+        for process, growth in values.get("descriptors_growth", {}).items():
+            found += [f"{part}: {process} opened {growth} descriptors"] if growth > 0 else []
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

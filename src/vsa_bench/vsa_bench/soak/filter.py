@@ -1,0 +1,146 @@
+"""Long runs without a bus: random frames through the driver's parsers, hours of motion through the filter."""
+
+import os
+import time
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_bench.harness.usage import resident_mb
+from vsa_tools.demo.parameters import paper_rig
+from vsa_common.config.configuration import build, node_values, parameters
+from vsa_common.terminal import progress
+from vsa_driver.can.bus import Frame
+from vsa_driver.acquisition.channel import Sample
+from vsa_driver.can.frames import RIG_DBC, FrameSet
+from vsa_simulator.rig.config import RigConfig
+from vsa_driver.acquisition.router import Router
+from vsa_driver.settings import DriverSettings
+from vsa_estimator.estimator import Estimator
+from vsa_estimator.settings import EstimatorConfig
+
+Config = TypeVar("Config")
+Array = NDArray[np.float64]
+
+CHUNK = 6000  # samples between two looks at the covariance
+RATE_HZ = 25
+KNOWN_IDS = (0x101, 0x102, 0x110, 0x120, 0x200)
+LEAST_EIGENVALUE = -1e-9  # of the correlation matrix: zero but for rounding
+
+
+def random_frames(count: int, seed: int = 1) -> Iterator[Frame]:
+    """Frames of any identifier, length and content, every other one under an identifier that the driver reads."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        known = rng.random() < 0.5
+        yield Frame(
+            arbitration_id=int(rng.choice(KNOWN_IDS)) if known else int(rng.integers(1 << 11)),
+            is_extended_id=bool(rng.random() < 0.1),
+            is_error_frame=bool(rng.random() < 0.01),
+            is_remote_frame=bool(rng.random() < 0.01),
+            data=rng.bytes(int(rng.integers(0, 9))),
+            timestamp=float(rng.choice([0.0, 1.7e9, 1e300, -1.0, float("nan")])),
+        )
+
+
+def soak_frames(count: int, seed: int = 1) -> dict[str, Any]:
+    """Random frames through the driver's parsers and on into an estimator; figures."""
+    router = Router(FrameSet(RIG_DBC), DriverSettings())
+    estimators = {name: Estimator(EstimatorConfig()) for name in router.transmissions}
+    rng = np.random.default_rng(seed)
+    stamp_ns, taken, unsound, first_mb = 1_700_000_000_000_000_000, 0, 0, 0.0
+    with progress(count, "random frames") as bar:
+        for number, frame in enumerate(random_frames(count, seed)):
+            stamp_ns += int(rng.integers(-1_000, 2_000_000))
+            for sample in router.add(frame, stamp_ns):
+                if isinstance(sample, Sample):
+                    estimate = estimators[sample.transmission].add(sample.stamp_ns, sample.force, sample.deflection)
+                    taken += 1
+                    unsound += estimate is not None and not np.isfinite(estimate).all()
+            if number == count // 5:
+                first_mb = resident_mb(os.getpid())
+            if number % CHUNK == 0:
+                bar.advance(min(CHUNK, count - number), "random frames")
+                unsound += any(not sound(estimator) for estimator in estimators.values())
+    return {
+        "frames": count,
+        "samples": taken,
+        "unsound": unsound,
+        "rss_growth_mb": round(resident_mb(os.getpid()) - first_mb, 2),
+    }
+
+
+def soak_filter(hours: float, seed: int = 1) -> dict[str, Any]:
+    """Hours of the rig's motion through the estimator of its first transmission; figures."""
+    rng = np.random.default_rng(seed)
+    rig = _configured(RigConfig, "rig_simulator")
+    estimator = Estimator(_configured(EstimatorConfig, "estimator_1"))
+    samples = round(hours * 3600 * RATE_HZ)
+    unsound, lying, first_mb, worst, begin = 0, 0, 0.0, 0.0, time.monotonic()
+    with progress(samples, "filter") as bar:
+        for first in range(0, samples, CHUNK):
+            count = min(CHUNK, samples - first)
+            force, deflection, stiffness = moving(rig, (first + np.arange(count)) / RATE_HZ, rng)
+            for k, measured in enumerate(zip(force.tolist(), deflection.tolist(), strict=True)):
+                stamp_ns = 1_700_000_000_000_000_000 + (first + k) * (1_000_000_000 // RATE_HZ)
+                estimate = estimator.add(stamp_ns, *measured)
+            assert estimate is not None
+            unsound += not (np.isfinite(estimate).all() and sound(estimator))
+            error = abs(estimate.stiffness / float(stiffness[-1]) - 1.0)
+            if first > 60 * RATE_HZ and estimate.stiffness_valid:
+                worst = max(worst, error)
+                lying += error > max(0.01, 4.0 * estimate.stiffness_variance**0.5 / estimate.stiffness)
+            if first <= samples // 20:
+                first_mb = resident_mb(os.getpid())
+            bar.advance(count, "filter")
+    state = estimator.state()
+    return {
+        "simulated_hours": hours,
+        "samples_fused": state.samples_fused,
+        "unsound": unsound,
+        "wrong_but_valid": lying,
+        "worst_stiffness_error": round(worst, 5),
+        "resets": state.reset_count,
+        "rss_growth_mb": round(resident_mb(os.getpid()) - first_mb, 2),
+        "us_per_sample": round((time.monotonic() - begin) / samples * 1e6, 1),
+    }
+
+
+def _configured(config_class: type[Config], node: str, **changes: Any) -> Config:
+    known = {parameter.name for parameter in parameters(config_class)}
+    values = {name: value for name, value in node_values(paper_rig(), node).items() if name in known}
+    return build(config_class, {**values, **changes})
+
+
+def moving(rig: RigConfig, time: Array, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """Force [N] and deflection [m] as transmission_1 says them on the rig's motion, and the true stiffness [N/m].
+
+    Eqs. (2), (3), (5) and (6) in closed form: hours of them cost minutes, where the rig integrates.
+    """
+    spring, motion, sensors = rig.transmission_1, rig.profile, rig.sensors
+    x, v, a = np.full_like(time, motion.centre), np.zeros_like(time), np.zeros_like(time)
+    for amplitude, frequency, phase in zip(motion.amplitudes, motion.frequencies, motion.phases, strict=True):
+        w = 2.0 * np.pi * frequency
+        x += amplitude * np.sin(w * time + phase)
+        v += amplitude * w * np.cos(w * time + phase)
+        a -= amplitude * w * w * np.sin(w * time + phase)
+    fastest = np.sqrt(spring.d1 / (-3.0 * spring.d2))
+    c = np.clip(v, -fastest, fastest)
+    friction = spring.coulomb_friction * np.tanh(v / rig.friction.smoothing_speed)
+    elastic = spring.k1 * np.exp(spring.k2 * x)
+    force = spring.force_offset + elastic + spring.d1 * c + spring.d2 * c**3 + friction + spring.inertia * a
+    force += sensors.force_noise_std * rng.standard_normal(time.size)
+    step = sensors.deflection_resolution
+    deflection = np.round((x + sensors.deflection_noise_std * rng.standard_normal(time.size)) / step) * step
+    return force, deflection, spring.k2 * elastic
+
+
+def sound(estimator: Estimator) -> bool:
+    """Whether the coefficients' covariance is finite, symmetric to the bit and positive."""
+    covariance = np.array(estimator.state().coefficient_covariance).reshape(7, 7)
+    if not np.isfinite(covariance).all() or not (covariance == covariance.T).all():
+        return False
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(std > 0.0, std, 1.0)
+    return bool(np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0] > LEAST_EIGENVALUE)

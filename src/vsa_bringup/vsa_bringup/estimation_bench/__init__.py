@@ -1,1 +1,0 @@
-"""The estimators and their peers on the same simulated recordings."""

@@ -1,1 +1,0 @@
-"""`./vsa bench live`: the whole suite running, measured from outside."""

@@ -1,1 +1,0 @@
-"""Other people's stiffness estimators, written anew from their papers, to be compared with: benches only."""

@@ -1,0 +1,221 @@
+"""Configuration as frozen dataclasses whose fields carry unit, range and meaning.
+
+One declaration serves the ROS parameters of a node (`vsa_common.ros.node`), the `--config` file of a
+tool, the error that a bad value gets, and the tables of docs/interfaces.md:
+
+>>> @dataclass(frozen=True)
+... class Sensor:
+...     noise_std: float = quantity(0.017, "N", 1e-6, 100.0, "white noise of the force sensor")
+>>> build(Sensor, {"noise_std": -1.0})
+Traceback (most recent call last):
+vsa_common.config.configuration.ConfigurationError: noise_std = -1.0 N: must be within 1e-06 to 100.0 N
+"""
+
+import difflib
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+
+Config = TypeVar("Config")
+Value = bool | int | float | str | list[float] | list[str]
+
+
+_KINDS = {float: "a number", int: "an integer", bool: "true or false", str: "a text"}
+
+
+class ConfigurationError(ValueError):
+    """A parameter is unknown, of the wrong type, or out of range; the text names it."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter: its default, unit, range and meaning."""
+
+    name: str
+    default: Any
+    text: str
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    options: tuple[str, ...] = ()
+
+    def check(self, value: Any) -> Any:
+        """`value` in the default's type; ConfigurationError where it does not fit."""
+        value = self._coerce(value)
+        for number in value if isinstance(value, tuple) else (value,):
+            if self.options and number not in self.options:
+                raise self._error(value, f"must be one of {', '.join(self.options)}")
+            is_number = isinstance(number, float | int) and not isinstance(number, bool)
+            if is_number and not self.low <= number <= self.high:
+                raise self._error(value, f"must be within {self.low} to {self.high}{self._unit}")
+        return value
+
+    @property
+    def kind(self) -> type:
+        """Type of the value; of one element where the value is a tuple."""
+        sample = self.default
+        if isinstance(sample, tuple):
+            return type(sample[0]) if sample else str
+        return type(sample)
+
+    @property
+    def _unit(self) -> str:
+        return f" {self.unit}" if self.unit else ""
+
+    def _coerce(self, value: Any) -> Any:
+        if isinstance(self.default, tuple):
+            if isinstance(value, str) or not hasattr(value, "__iter__"):
+                raise self._error(value, f"must be a list, each {_KINDS[self.kind]}")
+            return tuple(self._scalar(element) for element in value)
+        return self._scalar(value)
+
+    def _scalar(self, value: Any) -> Any:
+        if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
+            return float(value)
+        if type(value) is not self.kind:
+            raise self._error(value, f"must be {_KINDS[self.kind]}")
+        return value
+
+    def _error(self, value: Any, expected: str) -> ConfigurationError:
+        shown = list(value) if isinstance(value, tuple) else value
+        return ConfigurationError(f"{self.name} = {shown!r}{self._unit}: {expected}")
+
+
+def quantity(default: float, unit: str, low: float, high: float, text: str) -> Any:
+    """A number with a unit and a closed range."""
+    return field(default=default, metadata={"unit": unit, "low": low, "high": high, "text": text})
+
+
+def quantities(default: tuple[float, ...], unit: str, low: float, high: float, text: str) -> Any:
+    """A list of numbers that share a unit and a range; the default has at least one."""
+    return quantity(default, unit, low, high, text)  # type: ignore[arg-type]
+
+
+def choice(default: str, options: tuple[str, ...], text: str) -> Any:
+    """One word of several."""
+    return field(default=default, metadata={"options": options, "text": text})
+
+
+def flag(default: bool, text: str) -> Any:
+    """Yes or no."""
+    return field(default=default, metadata={"text": text})
+
+
+def words(default: str | tuple[str, ...], text: str) -> Any:
+    """A text, or a list of texts."""
+    return field(default=default, metadata={"text": text})
+
+
+def group(config_class: type) -> Any:
+    """A dataclass within a dataclass; its parameters get `name.` before theirs."""
+    return field(default_factory=config_class)
+
+
+def parameters(config_class: type, prefix: str = "") -> Iterator[Parameter]:
+    """All parameters of a configuration class, groups flattened with dots."""
+    for item in fields(config_class):
+        name = prefix + item.name
+        if item.default is MISSING and is_dataclass(item.default_factory):
+            yield from parameters(item.default_factory, name + ".")  # type: ignore[arg-type]
+        else:
+            yield Parameter(name, item.default, **item.metadata)
+
+
+def build(config_class: type[Config], values: Mapping[str, Any]) -> Config:
+    """Configuration from flat `values` ("initial.k2": 267.2); what is absent keeps its default.
+
+    Raises ConfigurationError naming the parameter, the value and the unit.
+    """
+    known = {parameter.name: parameter for parameter in parameters(config_class)}
+    for name in values:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise ConfigurationError(f"{name}: no such parameter{hint}")
+    checked = {name: known[name].check(value) for name, value in values.items()}
+    return _assemble(config_class, checked, "")
+
+
+def _assemble(config_class: type[Config], values: Mapping[str, Any], prefix: str) -> Config:
+    arguments: dict[str, Any] = {}
+    for item in fields(config_class):  # type: ignore[arg-type]
+        name = prefix + item.name
+        if item.default is MISSING and is_dataclass(item.default_factory):
+            arguments[item.name] = _assemble(item.default_factory, values, name + ".")  # type: ignore[type-var]
+        elif name in values:
+            arguments[item.name] = values[name]
+    return config_class(**arguments)
+
+
+def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
+    """The inverse of `build`: every parameter of a configuration with its value."""
+    flat: dict[str, Any] = {}
+    for item in fields(config):
+        value = getattr(config, item.name)
+        if is_dataclass(value):
+            flat |= flatten(value, f"{prefix}{item.name}.")
+        else:
+            flat[prefix + item.name] = value
+    return flat
+
+
+_OF_A_PROCESS = re.compile(r"(autostart|use_sim_time)$|(realtime|qos_overrides)\.")
+
+
+def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
+    """Configuration of `node` (its bare name, "estimator_1") from a ROS parameter file.
+
+    What the file says of its process (`autostart`, `realtime.*`, ROS's own) is left out. Raises ConfigurationError
+    naming the file for one that cannot be read or is no parameter file.
+    """
+    values = node_values(path, node)
+    try:
+        return build(config_class, {name: value for name, value in values.items() if not _OF_A_PROCESS.match(name)})
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {node}: {error}") from error
+
+
+def node_values(path: str | Path, node: str) -> dict[str, Any]:
+    """What a ROS parameter file says to `node`, flat ("initial.k2"), unchecked.
+
+    Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
+    """
+    values: dict[str, Any] = {}
+    for key, section in read_parameter_file(path).items():
+        if key == "/**" or str(key).rsplit("/", 1)[-1] == node:
+            if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
+                raise ConfigurationError(f"{path}: {key} has no ros__parameters")
+            values |= _flat(section["ros__parameters"])
+    return values
+
+
+def parameter_files(arguments: Sequence[str]) -> list[str]:
+    """Every `--params-file` among the arguments of a ROS node."""
+    return [path for option, path in pairwise(arguments) if option == "--params-file"]
+
+
+def read_parameter_file(path: str | Path) -> dict[str, Any]:
+    """The sections of a ROS parameter file; ConfigurationError naming the file where it is none."""
+    try:
+        tree = yaml.safe_load(Path(path).read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigurationError(f"{path}: {' '.join(str(error).split())}") from error
+    if not isinstance(tree, dict):
+        raise ConfigurationError(f"{path}: expected a ROS parameter file, 'node: ros__parameters: ...'")
+    return tree
+
+
+def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            flat |= _flat(value, f"{prefix}{name}.")
+        else:
+            flat[f"{prefix}{name}"] = value
+    return flat

@@ -1,0 +1,216 @@
+"""Node: CAN frames in, force and encoder of each transmission out; motor commands back to the bus."""
+
+import gc
+import sys
+import time
+from collections.abc import Callable
+
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.timer import Timer
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+from vsa_common.config.joints import joints
+from vsa_common.ros.process import run
+from vsa_common.ros.node import ERROR, OK, WARN, Health, SuiteNode
+from vsa_common.ros.diagnostics import Recent, described
+from vsa_driver.can.bus import BusError, Frame
+from vsa_driver.acquisition.calibration import TareError
+from vsa_driver.acquisition.channel import JointSample, MotorSample, Sample
+from vsa_driver.can.frames import FrameError
+from vsa_driver.can.link import BusLink
+from vsa_driver.acquisition.mapping import load_frames
+from vsa_driver.motors.motor import CommandRefused, MotorGate, MotorLimits
+from vsa_driver.acquisition.router import Router
+from vsa_driver.settings import DriverSettings
+from vsa_driver.acquisition.clock import CaptureClock
+from vsa_driver.topics import RigTopics, TransmissionTopics
+
+LOG_EVERY_S = 5.0
+COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)  # the newest counts; hears reliable ones too
+SWITCH_S = 0.0005  # Python's default of 5 ms would let a callback hold up a sample for so long
+
+
+class DriverNode(SuiteNode[DriverSettings]):
+    """Publish what the bus says of the rig, and let commands through to the motors once armed.
+
+    One thread reads the bus and publishes; everything else happens in the executor's.
+    """
+
+    def __init__(self, name: str = "driver", namespace: str = "vsa") -> None:
+        super().__init__(name, DriverSettings, namespace)
+        self.polled = False  # who reads the bus in steps, by `link`, sets it
+        self.on_quiet: Callable[[int], None] | None = None  # and who wants to know of silence there, this
+
+    def start(self) -> None:
+        config, motors = self.config, self.config.motors
+        self._router = Router(load_frames(config.dbc), config)
+        self._motors = motors.names
+        limits = MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
+        self._gate = MotorGate(limits, len(self._motors))
+        self._stamping = CaptureClock()
+        self._heard_ns = dict.fromkeys(self._router.transmissions, 0)
+        self._holding = False
+        self._slowest_ns = 0
+        self._recent = Recent()
+        self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
+        self._rig = RigTopics(self, self._motors)
+        rest = self.common.realtime.rest
+        self.link = BusLink(config.bus, self._on_frame, self._on_down, on_quiet=self.on_quiet, rest=rest)
+        try:
+            self.link.open(self.polled)
+        except BusError:
+            self._destroy_publishers()
+            raise
+        self._commands = self.create_subscription(JointState, "motor_commands", self._on_command, COMMANDS)
+        self._own_services = [
+            self.create_service(SetBool, "~/arm", self._on_arm),
+            self.create_service(Trigger, "~/tare", self._on_tare),
+        ]
+        self._own_timers: list[Timer] = [
+            self.create_timer(1.0 / config.counters_rate, self._flush, clock=self.steady),
+            self.create_timer(1.0 / motors.command_rate, self._send_command, clock=self.steady),
+        ]
+        gc.freeze()  # what exists by now lives long; collecting it again and again would hold samples up
+
+    def stop(self) -> None:
+        self._gate.disarm("stopped")
+        self.link.close()
+        self._flush()
+        for timer in self._own_timers:
+            self.destroy_timer(timer)
+        for service in self._own_services:
+            self.destroy_service(service)
+        self.destroy_subscription(self._commands)
+        self._destroy_publishers()
+
+    def health(self) -> Health:
+        if not self.active:
+            return super().health()
+        counts = self._router.counts() | {"malformed": self.link.malformed, "commands_refused": self._gate.refused}
+        values: dict[str, object] = {
+            "bus": self.link.reason or "up",
+            "bus_failures": self.link.failures,
+            "bus_reopened": self.link.reopened,
+            "motors": self._gate.state,
+            "motors_reason": self._gate.reason,
+            "motors_slowed": self._gate.slowed,
+            "command_timeouts": self._gate.timeouts,
+            "device_watchdog": "holding" if self._holding else "fed",
+            "publish_delay_max_ms": round(self._slowest_ns / 1e6, 2),
+            **{f"{name}.tare_n": part.tare.offset for name, part in self._router.transmissions.items()},
+            **counts,
+        }
+        self._slowest_ns = 0
+        failures = {"bus_failures": self.link.failures}
+        fine = (".samples", "foreign")  # frames of others on the bus are no trouble
+        troubles = {name: count for name, count in (counts | failures).items() if not name.endswith(fine)}
+        trouble = self._recent.rises(troubles, time.monotonic())
+        if not self.link.up:
+            return ERROR, f"bus down: {self.link.reason or 'nobody reads it'}", values
+        silent = self._silent()
+        if silent:
+            failed = f"{self.link.last_reason}, then " if "bus_failures" in trouble else ""
+            besides = f"; {described(trouble)}" if trouble else ""
+            values |= {f"readers {topic.topic_name}": topic.get_subscription_count() for topic in self.publishers}
+            return ERROR, f"{failed}no samples of {' and '.join(silent)}{besides}", values
+        if trouble:
+            self.get_logger().warning(described(trouble), throttle_duration_sec=LOG_EVERY_S)
+            return WARN, described(trouble), values
+        return OK, "active", values
+
+    # In the thread that reads the bus.
+
+    def _on_frame(self, frame: Frame) -> None:
+        now_ns, steady_ns = time.time_ns(), time.monotonic_ns()
+        stamp_ns = self._stamping.epoch(frame.timestamp, now_ns, steady_ns)
+        for sample in self._router.add(frame, stamp_ns):
+            if isinstance(sample, Sample):
+                self._heard_ns[sample.transmission] = steady_ns
+                self._slowest_ns = max(self._slowest_ns, now_ns - stamp_ns)
+                self.on_sample(sample)
+            elif isinstance(sample, JointSample):
+                self._rig.publish_joint(sample)
+            elif isinstance(sample, MotorSample):
+                self._gate.measured(sample.positions, steady_ns * 1e-9)
+                self._holding = sample.holding
+                self._rig.publish_motors(sample)
+
+    def on_sample(self, sample: Sample) -> None:
+        """Publish one sample of a transmission; whoever needs it sooner overrides this."""
+        self._topics[sample.transmission].publish(sample)
+
+    def _on_down(self, reason: str) -> None:
+        self._gate.disarm("the bus failed")
+        self.get_logger().error(f"bus down: {reason}; motors disarmed", throttle_duration_sec=LOG_EVERY_S)
+
+    # In the executor's thread.
+
+    def _on_command(self, message: JointState) -> None:
+        try:
+            named = dict(zip(message.name, message.position, strict=True))
+            self._gate.command([named[name] for name in self._motors], time.monotonic())
+        except (KeyError, ValueError) as error:
+            if not isinstance(error, CommandRefused):
+                self._gate.refused += 1
+                error = CommandRefused(f"a position for each of {', '.join(self._motors)} was expected")
+            self.get_logger().warning(f"motor command refused: {error}", throttle_duration_sec=LOG_EVERY_S)
+
+    def _send_command(self) -> None:
+        positions = self._gate.step(time.monotonic())
+        commands = self._router.commands
+        if positions is None or commands is None:
+            return
+        try:
+            message = commands.source.message
+            self.link.send(message.id, commands.encode(positions), message.extended, message.fd)
+        except (BusError, FrameError) as error:
+            self._gate.disarm(str(error))
+            self.get_logger().error(f"command not sent, motors disarmed: {error}", throttle_duration_sec=LOG_EVERY_S)
+
+    def _on_arm(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        try:
+            if not request.data:
+                self._gate.disarm("disarmed by the service")
+            elif self._router.commands is None or not self.link.up:
+                raise CommandRefused(self.link.reason or "no command signals are mapped")
+            else:
+                self._gate.arm(time.monotonic())
+            response.success, response.message = True, self._gate.state
+        except CommandRefused as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def _on_tare(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        silent = self._silent()
+        if silent:
+            response.message = f"no samples of {' and '.join(silent)}"
+            return response
+        try:
+            parts = self._router.transmissions.items()
+            response.message = ", ".join(f"{name} {part.tare.take():+.4f} N" for name, part in parts)
+            response.success = True
+        except TareError as error:
+            response.message = str(error)
+        return response
+
+    def _flush(self) -> None:
+        for topics in self._topics.values():
+            topics.flush()
+
+    def _silent(self) -> list[str]:
+        oldest_ns = time.monotonic_ns() - int(self.config.silence * 1e9)
+        return [name for name, heard_ns in self._heard_ns.items() if heard_ns < oldest_ns]
+
+    def _destroy_publishers(self) -> None:
+        for publisher in [*self._rig.publishers, *(p for topics in self._topics.values() for p in topics.publishers)]:
+            self.destroy_publisher(publisher)
+
+
+def main() -> int:
+    """Entry point."""
+    sys.setswitchinterval(SWITCH_S)
+    return run(lambda: [DriverNode(namespace=joint) for joint in joints(sys.argv)])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

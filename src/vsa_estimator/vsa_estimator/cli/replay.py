@@ -1,0 +1,172 @@
+"""`./vsa replay`: a recording through the very estimator that runs live."""
+
+import argparse
+import json
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_common.io.bags import BagError
+from vsa_common.config.configuration import ConfigurationError, build, node_values
+from vsa_common.fork import Copies, Tell
+from vsa_common.io.tables import TableError, write_columns
+from vsa_common.terminal import progress
+from vsa_estimator.formulations import create_estimator
+from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings, transmissions
+from vsa_estimator.settings import EstimatorConfig, NodeConfig
+from vsa_estimator.output.estimate import ROW, State
+
+CHUNK = 2000  # samples between two looks at the progress bar
+
+# Column of the output: field of Estimate, and whether its square root is meant.
+FIELDS = {
+    "deflection": "deflection", "velocity": "velocity", "acceleration": "acceleration",
+    "stiffness": "stiffness", "stiffness_std": "stiffness_variance",
+    "damping": "damping", "damping_std": "damping_variance",
+    "inertia": "inertia", "inertia_std": "inertia_variance",
+    "k2": "k2", "k2_std": "k2_variance", "d2": "d2", "d2_std": "d2_variance",
+    "force_offset": "force_offset", "coulomb_friction": "coulomb_friction",
+    "status": "status",
+    "stiffness_valid": "stiffness_valid", "damping_valid": "damping_valid", "inertia_valid": "inertia_valid",
+}  # fmt: skip
+WHOLE = ("status", "stiffness_valid", "damping_valid", "inertia_valid")
+
+
+def replay(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[dict[str, NDArray[Any]], State]:
+    """Output columns of the samples that were used, one row each, and the state at the end; `tell` hears shares."""
+    estimator = create_estimator(config)
+    chunks = []
+    for first in range(0, len(recording), CHUNK):
+        part = slice(first, first + CHUNK)
+        chunks.append(estimator.add_all(recording.stamp_ns[part], recording.force[part], recording.deflection[part]))
+        tell(len(chunks[-1]) / len(recording))
+    rows = np.concatenate(chunks)
+    used = ~np.isnan(rows[:, 0])
+    columns: dict[str, NDArray[Any]] = {"stamp": recording.stamp[used]}
+    for name, field in FIELDS.items():
+        values = rows[used, ROW.index(field)]
+        columns[name] = np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in WHOLE else values
+    return columns, estimator.state()
+
+
+def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
+    """The suite's paper_rig.yaml where it is installed, and `given` over it, for this transmission's estimator."""
+    node = transmission.replace("transmission", "estimator")
+    values: dict[str, Any] = {}
+    for path in (*_installed_configuration(), *([given] if given else [])):
+        values |= node_values(path, node)
+    try:
+        return build(NodeConfig, values)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{given or 'paper_rig.yaml'}: {node}: {error}") from error
+
+
+def summarise(recording: Recording, columns: dict[str, NDArray[Any]], state: State, seconds: float) -> dict[str, Any]:
+    """What happened to the samples and what is known at the end."""
+    rows = len(columns["stamp"])
+    coefficients = ("k2", "d1", "d2", "inertia", "force_offset", "coulomb_friction")
+    return {
+        "input": str(recording.source),
+        "complete": recording.complete,
+        "rows_read": len(recording),
+        "rows_used": rows,
+        "rows_dropped": len(recording) - rows,
+        "messages_unpaired": recording.unpaired,
+        "force_repeated": state.force_repeated,
+        "force_rejected": state.force_rejected,
+        "deflection_rejected": state.deflection_rejected,
+        "resets": state.reset_count,
+        "status": state.status.name,
+        "reason": state.reason,
+        "observability": list(state.observability),
+        "coefficients": {
+            name: {
+                "value": getattr(state, name),
+                "std": getattr(state, f"{name}_variance") ** 0.5,
+                "valid": bool(getattr(state, f"{name}_valid")),
+            }
+            for name in coefficients
+        },
+        "stiffness_valid_share": float(columns["stiffness_valid"].mean()) if rows else 0.0,
+        "recorded_s": recording.duration,
+        "replayed_in_s": seconds,
+    }
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command: 0 if all was read and used or counted, 1 with one line on stderr if not."""
+    arguments = _parser().parse_args(argv)
+    try:
+        return _run(arguments)
+    except (BagError, ConfigurationError, RecordingError, TableError, OSError) as error:
+        print(f"replay: {error}", file=sys.stderr)
+        return 1
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    names = transmissions(arguments.input, arguments.transmission)
+    works = [partial(_replay, arguments.input, name, configuration(name, arguments.config)) for name in names]
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    with progress(len(works), "replay") as bar:
+        found = Copies(*works).results(bar.advance) if len(works) > 1 else [work(bar.advance) for work in works]
+    for name, (columns, _) in zip(names, found, strict=True):
+        write_columns(arguments.out / f"{name}.csv", columns)
+    summary = {name: one for name, (_, one) in zip(names, found, strict=True)}
+    (arguments.out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
+    for name, one in summary.items():
+        k2 = one["coefficients"]["k2"]
+        reason = f"; {one['reason']}" if one["reason"] else ""
+        print(
+            f"{name}: {one['rows_used']} of {one['rows_read']} samples in {one['replayed_in_s']:.1f} s, "
+            f"{one['status']}, k2 {k2['value']:.5g} +- {k2['std']:.2g} 1/m{reason}"
+        )
+    if not all(one["complete"] for one in summary.values()):
+        print(f"replay: {arguments.input}: the bag was cut off; what it holds was replayed", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _replay(
+    path: Path, transmission: str, config: EstimatorConfig, tell: Tell
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Output columns and summary of one transmission of a recording."""
+    (recording,) = read_recordings(path, transmission)
+    began = time.perf_counter()
+    columns, state = replay(recording, config, tell)
+    summary = summarise(recording, columns, state, time.perf_counter() - began)
+    return columns, summary | {"formulation": config.formulation}
+
+
+def _installed_configuration() -> list[Path]:
+    from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+
+    try:
+        path = Path(get_package_share_directory("vsa_bringup"), "config", "paper_rig.yaml")
+    except (PackageNotFoundError, LookupError, OSError):
+        return []
+    return [path] if path.exists() else []
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="replay", description="A recording through the estimator that runs live.")
+    parser.add_argument(
+        "input", type=Path, help="CSV (stamp,force,deflection; s, N, m), or a bag: folder, .mcap or .db3"
+    )
+    parser.add_argument(
+        "--transmission", metavar="NAME", help="of a bag: just this one; of a CSV: its name (transmission_1)"
+    )
+    parser.add_argument(
+        "--config", type=Path, metavar="YAML", help="ROS parameter file; what it leaves out keeps its default"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("vsa_replay"), metavar="DIR", help="for NAME.csv and summary.json"
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

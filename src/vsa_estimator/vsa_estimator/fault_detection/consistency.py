@@ -1,0 +1,152 @@
+"""Whether to rely on what was learnt, and what to do when the sensors contradict it.
+
+In doubt nothing is learnt: the coefficients go back to what they were before the contradiction, and stiffness is not
+valid until the sensors agree with them again. A contradiction that stays is explained by a shift of one sensor, or
+makes the estimator forget.
+"""
+
+import math
+
+from vsa_estimator.preprocessing.decimator import Block
+from vsa_estimator.fault_detection.residual import PERIOD
+from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.output.estimate import Reset
+from vsa_estimator.fault_detection.parity_check import SHIFT_TIME, Coefficients, Witness
+
+KEEP = 4.0  # between two memories of what was known [s]
+PROBATION = 7.0  # without contradiction, before what was learnt counts for more than what is measured [s]
+GIVE_UP = 6.0  # of contradiction, by sensors that are otherwise well, before all is forgotten [s]
+
+CONTRADICTION = "force and encoder contradict what was learnt: a sensor drifts, or the transmission has changed"
+SILENCE = "looking whether all is as before the silence"
+
+
+class Trust:
+    """Takes every step of the filter and says whether its coefficients are to be relied on."""
+
+    def __init__(self, rate: float) -> None:
+        """`rate` of the filter [Hz]."""
+        self.reason = ""  # of the doubt; empty when there is none
+        self._witness = Witness(rate)
+        self._kept = -math.inf
+        self._patience = 0.0
+        self._proven = 0.0  # [s]
+
+    def forget(self) -> None:
+        """Nothing is known that could be doubted."""
+        self.reason = ""
+        self._proven = 0.0
+        self._witness.forget()
+
+    def interrupt(self) -> None:
+        """The motion has a gap."""
+        self._witness.interrupt()
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both sensors tell what was learnt: what the filter does not explain then is its own lag."""
+        return self._witness.kept is not None and not self._witness.vague and self._witness.agrees
+
+    def doubt(self, tracker: Tracker, reason: str, broken: bool = False) -> bool:
+        """Go back to what was known before, and wait; False where nothing was.
+
+        Where the motion has `broken` off, also with coefficients that are not proven: they are what is known.
+        """
+        kept = self._witness.kept
+        proven = self._proven >= PROBATION
+        if not tracker.knows or kept is None or not (proven or broken):
+            return False
+        if not self.reason:
+            self._patience = 0.0
+            if proven:
+                _recall(tracker, kept)
+            else:
+                self._witness.replace(_known(tracker))
+        self.reason = reason
+        return True
+
+    def move(self, tracker: Tracker, shift: float, variance: float) -> None:
+        """The encoder reads `shift` [m] more than it did; how uncertain that is goes into the stiffness."""
+        kept = self._witness.kept or _known(tracker)
+        covariance = kept.covariance.copy()
+        covariance[0, 0] += kept.mean[1] ** 2 * variance
+        self._adopt(tracker, kept._replace(covariance=covariance, reference=kept.reference + shift))
+
+    def weigh(self, tracker: Tracker, time: float, block: Block, blind: bool) -> Reset:
+        """Take a step at `time` [s]; `blind` when the encoder is not to be believed. What has to be reset, or NONE."""
+        news = self._witness.add(time, block.deflection, block.force if block.forces else math.nan)
+        if not tracker.knows:
+            return Reset.NONE
+        if self._witness.kept is None:
+            self._keep(tracker, time)
+        if blind:
+            self.doubt(tracker, CONTRADICTION)
+            self._patience = 0.0
+        elif news and not self.reason:
+            self._trusting(tracker, time)
+        elif news:
+            return self._doubting(tracker)
+        return Reset.NONE
+
+    def _trusting(self, tracker: Tracker, time: float) -> None:
+        if self._witness.vague:  # nothing to hold against the sensors yet: let the filter learn
+            self._witness.replace(_known(tracker))
+            return
+        if self._witness.contradicts:
+            if not self.doubt(tracker, CONTRADICTION):
+                self._proven = 0.0
+                self._witness.replace(_known(tracker))
+            return
+        if self._witness.silent:
+            return
+        self._proven += PERIOD
+        self._witness.trust()
+        if time - self._kept > KEEP:
+            self._keep(tracker, time)
+
+    def _doubting(self, tracker: Tracker) -> Reset:
+        if self._witness.agrees:
+            self.reason = ""
+            self._witness.settle()
+            return Reset.NONE
+        if self._witness.silent:  # motion too brisk to tell is no contradiction that stays
+            return Reset.NONE
+        self._patience += PERIOD
+        if self._patience > SHIFT_TIME:
+            shift = self._witness.explain()
+            if shift is not None and shift.deflection:
+                self.move(tracker, shift.deflection, shift.std**2)
+                return Reset.DEFLECTION
+            if shift is not None:
+                self._offset(tracker, shift.force, shift.std**2)
+                return Reset.INNOVATION
+        if self._patience > GIVE_UP:
+            self.forget()
+            tracker.knows = False
+            return Reset.INNOVATION
+        return Reset.NONE
+
+    def _offset(self, tracker: Tracker, shift: float, variance: float) -> None:
+        kept = self._witness.kept or _known(tracker)
+        mean, covariance = kept.mean.copy(), kept.covariance.copy()
+        mean[5] += shift
+        covariance[5, 5] += variance
+        self._adopt(tracker, kept._replace(mean=mean, covariance=covariance))
+
+    def _adopt(self, tracker: Tracker, coefficients: Coefficients) -> None:
+        self._patience = 0.0
+        self._witness.replace(coefficients)
+        _recall(tracker, coefficients)
+
+    def _keep(self, tracker: Tracker, time: float) -> None:
+        self._kept = time
+        self._witness.keep(_known(tracker))
+
+
+def _known(tracker: Tracker) -> Coefficients:
+    return Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
+
+
+def _recall(tracker: Tracker, known: Coefficients) -> None:
+    tracker.learn(known.mean, known.covariance)
+    tracker.reference = known.reference

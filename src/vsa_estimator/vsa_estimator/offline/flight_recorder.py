@@ -1,0 +1,111 @@
+"""Keeps the last samples, and writes them down when something happened to the estimate: a CSV that `replay` reads."""
+
+import contextlib
+import time
+from array import array
+from datetime import datetime, timezone
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+from vsa_common.config.configuration import ConfigurationError
+from vsa_common.stamps import NANOSECONDS
+from vsa_estimator.settings import FlightRecorderConfig
+from vsa_estimator.output.estimate import Estimate, Reset, Status
+
+REPORTED = (Status.DEGRADED, Status.FAULT)  # statuses that are worth a recording
+ROWS = 64  # written at a time: nobody else waits longer for Python than that takes ...
+PAUSE_S = 0.001  # ... and this lies in between
+
+
+class FlightRecorder:
+    """The samples before an event and some after it, one file an event.
+
+    A reset or a status of REPORTED is an event. Events while one is being recorded belong to it, and no sample is
+    written twice.
+    """
+
+    def __init__(self, config: FlightRecorderConfig, name: str) -> None:
+        """`name` begins the names of the files. Raises ConfigurationError for a folder that cannot be made."""
+        self.files = 0  # written so far
+        self.failed = ""  # why one could not be
+        self._config = config
+        self._name = name
+        self._folder = Path(config.folder).expanduser()
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ConfigurationError(f"flight_recorder.folder = {config.folder!r}: {error.strerror}") from error
+        self._stamps = array("q", bytes(8 * config.samples))
+        self._forces, self._deflections = (array("d", bytes(8 * config.samples)) for _ in range(2))
+        self._next = self._held = 0
+        self._event = ""
+        self._due_ns = 0
+        self._reset_count = 0
+        self._status = Status.INITIALIZING
+        self._writer: Thread | None = None
+
+    def add(self, stamp_ns: int, force: float, deflection: float) -> None:
+        """Keep one sample of force [N] and deflection [m]."""
+        i = self._next
+        self._stamps[i], self._forces[i], self._deflections[i] = stamp_ns, force, deflection
+        self._next = i + 1 if i + 1 < self._config.samples else 0
+        self._held = min(self._held + 1, self._config.samples)
+
+    def watch(self, estimate: Estimate) -> None:
+        """Look whether something happened; what did is written some time after it, by a thread of its own."""
+        happened = ""
+        if estimate.reset_count > self._reset_count:
+            happened = f"reset_{Reset(estimate.reset_reason).name}"
+        elif estimate.status is not self._status and estimate.status in REPORTED:
+            happened = estimate.status.name
+        self._reset_count, self._status = estimate.reset_count, estimate.status
+        if happened and not self._event:
+            self._event, self._due_ns = happened, estimate.stamp_ns + int(self._config.after * NANOSECONDS)
+        if self._event and not 0 < self._due_ns - estimate.stamp_ns <= self._config.after * NANOSECONDS:
+            self._write()
+
+    def close(self) -> None:
+        """Write what is due, now, and wait until it is written."""
+        self._wait()
+        if self._event:
+            self._write()
+        self._wait()
+
+    def _wait(self) -> None:
+        if self._writer is not None:
+            self._writer.join()
+
+    def _write(self) -> None:
+        if self._writer is not None and self._writer.is_alive():
+            return
+        columns = [self._in_order(column) for column in (self._stamps, self._forces, self._deflections)]
+        now = datetime.now(timezone.utc).strftime("%Y%m%dT%H%M%S.%f")
+        path = self._folder / f"{self._name}_{now}_{self._event}.csv"
+        self._event, self._held = "", 0
+        self._writer = Thread(target=self._save, args=(path, columns), name="flight recorder")
+        self._writer.start()
+
+    def _in_order(self, ring: "array[Any]") -> "array[Any]":
+        oldest = self._next - self._held
+        return ring[oldest:] + ring[: self._next] if oldest < 0 else ring[oldest : self._next]
+
+    def _save(self, path: Path, columns: "list[array[Any]]") -> None:
+        unfinished = path.with_suffix(".part")
+        try:
+            with unfinished.open("w") as file:
+                file.write("stamp,force,deflection\n")
+                for first in range(0, len(columns[0]), ROWS):
+                    rows = zip(*(column[first : first + ROWS] for column in columns), strict=True)
+                    for stamp, force, deflection in rows:
+                        seconds, rest = divmod(stamp, NANOSECONDS)
+                        file.write(f"{seconds}.{rest:09d},{force!r},{deflection!r}\n")
+                    time.sleep(PAUSE_S)
+            unfinished.rename(path)
+            self.files += 1
+            for old in sorted(self._folder.glob(f"{self._name}_*.csv"))[: -self._config.files]:
+                old.unlink(missing_ok=True)
+        except OSError as error:
+            self.failed = f"{path}: {error.strerror}"
+            with contextlib.suppress(OSError):
+                unfinished.unlink(missing_ok=True)

@@ -1,0 +1,178 @@
+"""Recorded samples of transmissions, from CSV files and rosbag2 bags (MCAP and sqlite3)."""
+
+import re
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_common.io.bags import read_raw, topics
+from vsa_common.ros.cdr import read_positions, read_wrenches
+from vsa_common.stamps import NANOSECONDS
+from vsa_common.io.tables import read_columns
+from vsa_estimator.preprocessing.pairing import ENCODER, FORCE, pair_all
+from vsa_estimator.settings import NodeConfig
+
+CSV_COLUMNS = ("stamp", "force", "deflection")
+TOLERANCE_NS = round(NodeConfig.pairing_tolerance * NANOSECONDS)  # as the node pairs live
+WINDOW_NS = round(NodeConfig.reorder_window * NANOSECONDS)
+AT_ONCE = 4096  # messages of a bag
+FIRST_STAMP_NS = NANOSECONDS  # a recording that counts from zero begins here: zero is no valid stamp
+
+_Read = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float64]]  # sensors, stamps [ns], values
+_TYPES = ("geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState")  # of force and encoder
+_FORCE_TOPIC = re.compile(r"(?:.*/)?(?P<transmission>[^/]+)/force")
+_MCAP_MAGIC = b"\x89MCAP0\r\n"
+
+
+class RecordingError(ValueError):
+    """A recording cannot be used; the text names the file and what was expected."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """All samples of one transmission, in the order of the file."""
+
+    source: Path
+    transmission: str
+    stamp_ns: NDArray[np.int64]  # as the estimator takes them
+    stamp: NDArray[np.float64]  # as the file has them [s]
+    force: NDArray[np.float64]  # [N]
+    deflection: NDArray[np.float64]  # [m]
+    unpaired: int = 0  # messages of a bag without a partner
+    complete: bool = True  # false for a bag that was cut off
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    @property
+    def duration(self) -> float:
+        """From the first stamp to the last [s]."""
+        return float(self.stamp[-1] - self.stamp[0])
+
+
+def transmissions(path: Path, transmission: str | None = None) -> list[str]:
+    """Names of the transmissions that a CSV file (one) or a bag holds, or just the one named. Raises as below."""
+    if path.suffix.lower() == ".csv":
+        return [transmission or "transmission_1"]
+    if path.is_dir() or path.suffix in (".mcap", ".db3"):
+        return list(_sources(path, transmission))
+    missing = "no such file" if not path.exists() else "no recording"
+    raise RecordingError(f"{path}: {missing}; expected a .csv, .mcap or .db3 file, or the folder of a bag")
+
+
+def read_recordings(path: Path, transmission: str | None = None) -> list[Recording]:
+    """The recordings in a CSV file (one) or a bag (one a transmission, or just the one named).
+
+    Raises RecordingError, TableError or BagError with one line that says what is wrong.
+    """
+    names = transmissions(path, transmission)
+    return [read_csv(path, *names)] if path.suffix.lower() == ".csv" else read_bag(path, transmission)
+
+
+def read_csv(path: Path, transmission: str) -> Recording:
+    """Samples of a file with the columns stamp [s], force [N], deflection [m]; an empty cell is NaN."""
+    columns = read_columns(path, CSV_COLUMNS)
+    stamp = columns["stamp"]
+    usable = np.where(np.isfinite(stamp) & (np.abs(stamp) < 9e9), stamp, np.nan)
+    finite = usable[np.isfinite(usable)]
+    if not len(finite):
+        raise RecordingError(f"{path}: line 2: expected a stamp in seconds, found none in the whole file")
+    stamp_ns = np.round(np.nan_to_num(usable, nan=-1.0) * NANOSECONDS).astype(np.int64)
+    if finite.min() <= 0.0:
+        shift = FIRST_STAMP_NS - int(np.round(finite.min() * NANOSECONDS))
+        stamp_ns = np.where(np.isfinite(usable), stamp_ns + shift, 0)
+    return Recording(path, transmission, stamp_ns, stamp, columns["force"], columns["deflection"])
+
+
+def read_bag(path: Path, transmission: str | None) -> list[Recording]:
+    """Samples of the transmissions that a bag holds force and encoder of."""
+    sources = _sources(path, transmission)
+    halves = {name: _Halves(path, *pair) for name, pair in sources.items()}
+    takers = {topic: taker for found in halves.values() for topic, taker in found.takers.items()}
+    for topic, _, data in read_raw(path, list(takers)):
+        takers[topic](data)
+    complete = is_complete(path)
+    recordings = []
+    for name, found in halves.items():
+        stamp_ns, force, deflection = found.pairs()
+        if not len(stamp_ns):
+            raise RecordingError(f"{path}: {name}: no force and encoder message with the same stamp")
+        unpaired = found.count - 2 * len(stamp_ns)
+        recordings.append(
+            Recording(path, name, stamp_ns, stamp_ns / NANOSECONDS, force, deflection, unpaired, complete)
+        )
+    return recordings
+
+
+def is_complete(path: Path) -> bool:
+    """False for an MCAP recording that was not closed."""
+    for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path] * (path.suffix == ".mcap"):
+        with file.open("rb") as stream:
+            stream.seek(max(file.stat().st_size - len(_MCAP_MAGIC), 0))
+            if stream.read() != _MCAP_MAGIC:
+                return False
+    return True
+
+
+class _Halves:
+    """Messages of one transmission in the order of the bag."""
+
+    def __init__(self, path: Path, force_topic: str, encoder_topic: str) -> None:
+        self.count = 0
+        self.takers: dict[str, Callable[[bytes], None]] = {
+            force_topic: partial(self._take, FORCE), encoder_topic: partial(self._take, ENCODER)
+        }  # fmt: skip
+        self._path = path
+        self._waiting: list[tuple[int, bytes]] = []
+        self._read: list[_Read] = []
+
+    def _take(self, sensor: int, data: bytes) -> None:
+        """Keep a message; they are read some thousand at once, in a tenth of the time."""
+        self.count += 1
+        self._waiting.append((sensor, data))
+        if len(self._waiting) >= AT_ONCE:
+            self._read_waiting()
+
+    def pairs(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Stamps [ns], forces [N] and deflections [m] of the samples."""
+        self._read_waiting()
+        sensors, stamps, values = (np.concatenate(column) for column in zip(*self._read, strict=True))
+        return pair_all(sensors, stamps, values, TOLERANCE_NS, WINDOW_NS)
+
+    def _read_waiting(self) -> None:
+        sensors = np.array([sensor for sensor, _ in self._waiting], np.uint8)
+        stamps, values = np.empty(len(sensors), np.int64), np.empty(len(sensors))
+        for topic, sensor, read in zip(self.takers, (FORCE, ENCODER), (read_wrenches, read_positions), strict=True):
+            messages = [data for one, data in self._waiting if one == sensor]
+            if not messages:
+                continue
+            try:
+                stamps[sensors == sensor], values[sensors == sensor] = read(messages)
+            except (struct.error, IndexError) as error:
+                raise RecordingError(f"{self._path}: {topic}: a message ends too early: {error}") from error
+        self._read.append((sensors, stamps, values))
+        self._waiting = []
+
+
+def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str]]:
+    """Force and encoder topic of each transmission wanted."""
+    types = {name: topic.type_name for name, topic in topics(path).items()}
+    found = {}
+    for name in sorted(types):
+        match = _FORCE_TOPIC.fullmatch(name)
+        encoder = name.removesuffix("force") + "encoder"
+        if match and (types[name], types.get(encoder)) == _TYPES:
+            found[match["transmission"]] = (name, encoder)
+    if not found:
+        raise RecordingError(
+            f"{path}: expected .../transmission_N/force (WrenchStamped) and .../encoder (JointState), found neither"
+        )
+    if transmission is None:
+        return found
+    if transmission not in found:
+        raise RecordingError(f"{path}: no {transmission}; it holds {', '.join(found)}")
+    return {transmission: found[transmission]}

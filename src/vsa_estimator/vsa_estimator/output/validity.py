@@ -1,0 +1,77 @@
+"""Which quantities are known, and what motion would help where one is not."""
+
+from typing import NamedTuple
+
+import numpy as np
+from vsa_estimator.output.predictor import DAMPING, NEAR_MAXIMUM, STIFFNESS
+from vsa_estimator.filter.ekf import LEAST_STROKE
+from vsa_estimator.force_law.transmission import Z, maximum_speed
+from vsa_estimator.filter.tracker import Tracker
+
+K2 = 0.05
+CUBIC = 0.25  # of a valid d2
+INERTIA = 0.2
+CLEAR_FORCE = 3.0  # standard deviations of the force noise that it takes to move a valid inertia
+
+
+class Known(NamedTuple):
+    """Validity of each coefficient; the words for those that are not."""
+
+    stiffness: bool
+    k2: bool
+    d1: bool
+    d2: bool
+    inertia: bool
+    force_offset: bool
+    coulomb_friction: bool
+
+
+def judge(tracker: Tracker, force_noise_std: float) -> Known:
+    """What the filter knows at its last step; `force_noise_std` [N] of one sample."""
+    z, p = tracker.z, tracker.p
+    std = np.sqrt(np.maximum(np.diag(p), 0.0)).tolist()
+    k2, d1, d2 = (abs(value) for value in z[4:7].tolist())
+    return Known(
+        stiffness=std[Z.S] < STIFFNESS,
+        k2=tracker.appraisal.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
+        d1=std[Z.D1] < DAMPING * d1,
+        d2=tracker.appraisal.d2_variance < (CUBIC * d2) ** 2,
+        inertia=inertia_known(tracker, force_noise_std),
+        force_offset=std[Z.F0] < 1.0,
+        coulomb_friction=std[Z.D0] < 0.2,
+    )
+
+
+def inertia_known(tracker: Tracker, force_noise_std: float) -> bool:
+    """Whether the motion has told the mass."""
+    now = tracker.appraisal
+    tolerance = INERTIA * float(tracker.z[Z.M])
+    return now.inertia_variance < tolerance * tolerance and now.inertial_force > CLEAR_FORCE * force_noise_std
+
+
+def explain(tracker: Tracker, known: Known, stiffness_valid: bool, damping_valid: bool) -> tuple[str, ...]:
+    """One line for each quantity that is not valid: which, why, what motion helps."""
+    lines = []
+    if not stiffness_valid:
+        lines.append("stiffness: not yet known within 10 %; move slowly over several millimetres")
+    if not known.k2:
+        if tracker.enough_stroke:
+            lines.append("k2: not yet known within 5 %; keep moving")
+        else:
+            needed = 1e3 * LEAST_STROKE / max(float(tracker.z[Z.K2]), 1.0)
+            lines.append(f"k2: not observable on {1e3 * tracker.stroke:.1f} mm of travel; move over {needed:.1f} mm")
+    if not damping_valid:
+        limit = NEAR_MAXIMUM * maximum_speed(float(tracker.z[Z.D1]), float(tracker.z[Z.D2]))
+        if abs(tracker.speed) >= limit:
+            lines.append(f"damping: the damper is at its maximum beyond {1e3 * limit:.1f} mm/s; move slower")
+        else:
+            lines.append("damping: not yet known; move at different speeds up to a few mm/s")
+    if not known.d2:
+        lines.append("d2: not observable at this speed; move faster than half the damper's maximum")
+    if not known.inertia:
+        lines.append("inertia: not observable at this excitation; move with two tones above 0.7 Hz")
+    if not known.force_offset:
+        lines.append("force_offset: not yet known; move over several millimetres")
+    if not known.coulomb_friction:
+        lines.append("coulomb_friction: not yet known; reverse the motion")
+    return tuple(lines)

@@ -1,0 +1,76 @@
+"""External torque for the joint's validation: few lines, low crest factor, small enough for the dampers.
+
+The torque is periodic, so that whole periods average without leakage.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_joint.impedance.reflection import Joint, Sides, response
+
+Array = NDArray[np.float64]
+
+PERIOD = 20.0  # s
+FRICTION_LINES = (1, 2, 3, 5, 8, 13)  # slow enough for the spring to dominate the friction
+RESPONSE_LINES = (1, 3, 5, 9, 15, 25, 41, 69, 115, 191, 319, 399)  # odd: the spring's curvature falls between them
+ANGLE_MAX = 0.13  # rad, peak
+SPEED_SHARE = 0.75  # of the speed at which the dampers reach their greatest force, peak
+
+
+@dataclass(frozen=True)
+class Multisine:
+    """Sum of cosines of equal amplitude at `lines` / `period`; `phases` in rad, `amplitude` in N m."""
+
+    lines: tuple[int, ...]
+    phases: tuple[float, ...]
+    amplitude: float
+    period: float = PERIOD
+
+    def __call__(self, time: Array) -> Array:
+        """Torque at each instant [N m]."""
+        turns = np.outer(time, np.array(self.lines) / self.period)
+        return self.amplitude * np.cos(2.0 * np.pi * turns + np.array(self.phases)).sum(axis=1)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square [N m]."""
+        return self.amplitude * float(np.sqrt(len(self.lines) / 2.0))
+
+    @property
+    def frequency(self) -> Array:
+        """Of each line [Hz]."""
+        return np.array(self.lines) / self.period
+
+
+def low_crest_phases(lines: tuple[int, ...], seed: int, tries: int = 300) -> tuple[float, ...]:
+    """Phases with the lowest peak among random ones, in rad."""
+    generator = np.random.default_rng(seed)
+    phases = generator.uniform(0.0, 2.0 * np.pi, (tries, len(lines)))
+    points = 4 * max(lines)
+    spectrum = np.zeros((tries, points // 2 + 1), dtype=complex)
+    spectrum[:, list(lines)] = np.exp(1j * phases)
+    peaks = np.abs(np.fft.irfft(spectrum, points, axis=1)).max(axis=1)
+    return tuple(float(phase) for phase in phases[int(np.argmin(peaks))])
+
+
+def multisine(lines: tuple[int, ...], rms: float, seed: int) -> Multisine:
+    """Flat multisine of a given rms [N m]."""
+    return Multisine(lines, low_crest_phases(lines, seed), rms * float(np.sqrt(2.0 / len(lines))))
+
+
+def largest(lines: tuple[int, ...], seed: int, sides: Sides, joint: Joint, damper_speed: float) -> Multisine:
+    """The largest flat multisine that the predicted response keeps under ANGLE_MAX and the dampers' limit.
+
+    `damper_speed` is the rod speed of the greatest damper force, the smaller of both sides [m/s].
+    """
+    unit = multisine(lines, 1.0, seed)
+    per_torque = 1.0 / response(unit.frequency, sides, joint)
+    time = np.arange(0.0, unit.period, unit.period / (40 * max(lines)))
+    wave = np.exp(1j * (2.0 * np.pi * np.outer(time, unit.frequency) + np.array(unit.phases)))
+    angle = unit.amplitude * (wave * per_torque).real.sum(axis=1)
+    speed = unit.amplitude * (wave * per_torque * 2j * np.pi * unit.frequency).real.sum(axis=1)
+    radius = max(route.radius for route in joint.routes)
+    by_angle = ANGLE_MAX / float(np.abs(angle).max())
+    by_speed = SPEED_SHARE * damper_speed / (0.5 * radius * float(np.abs(speed).max()))
+    return multisine(lines, min(by_angle, by_speed), seed)

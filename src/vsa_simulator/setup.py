@@ -1,0 +1,29 @@
+from glob import glob
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+package = ElementTree.parse("package.xml").getroot()  # name, version and licence stand there alone
+name = package.findtext("name")
+
+setup(
+    name=name,
+    version=package.findtext("version"),
+    packages=find_packages(),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+        (f"share/{name}/config", glob("config/*")),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    maintainer=package.findtext("maintainer"),
+    maintainer_email=package.find("maintainer").get("email"),
+    description=package.findtext("description"),
+    license=package.findtext("license"),
+    entry_points={
+        "console_scripts": [
+            "rig_simulator = vsa_simulator.node:main",
+        ],
+    },
+)

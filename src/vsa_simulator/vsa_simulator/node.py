@@ -1,0 +1,153 @@
+"""Node: the simulated rig on a real CAN bus, beside the driver as another process would be."""
+
+import gc
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+from std_srvs.srv import Trigger
+from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, words
+from vsa_common.ros.process import run
+from vsa_common.ros.node import OK, STEADY, WARN, Health, SuiteNode
+from vsa_driver.can.bus import BusConfig, open_bus
+from vsa_driver.can.frames import FrameError
+from vsa_driver.acquisition.mapping import load_frames
+from vsa_simulator.rig.config import RigConfig
+from vsa_simulator.faults.failure import Event, FailureError, parse, scenario
+from vsa_simulator.rig.rig import Rig
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.loop import RigLoop
+from vsa_simulator.ground_truth import TruthFile
+from vsa_msgs.srv import InjectFailure
+
+
+@dataclass(frozen=True)
+class SimulatorConfig(RigConfig):
+    """The rig, its bus, its clock and where its truth goes."""
+
+    bus: BusConfig = group(BusConfig)
+    dbc: str = words("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
+    slow_frames_every: int = quantity(5, "sample", 1, 1000, "joint and motor state are sent once in so many samples")
+    duration: float = quantity(0.0, "s", 0.0, 1e9, "time after which the rig stands still; 0: never")
+    truth_file: str = words("", "CSV file for the truth of every sample; empty: none")
+    scenario: str = words("", "YAML file of failures and pushes with their times; empty: none")
+    autostart_clock: bool = flag(True, "let the rig's clock run at once; else the service ~/start does")
+
+
+class RigSimulatorNode(SuiteNode[SimulatorConfig]):
+    """Run the rig in real time and speak CAN."""
+
+    def __init__(self) -> None:
+        super().__init__("rig_simulator", SimulatorConfig)
+
+    def start(self) -> None:
+        config = self.config
+        try:
+            frames = RigFrames(load_frames(config.dbc))
+        except FrameError as error:
+            raise ConfigurationError(f"dbc = {config.dbc!r}: {error}") from error
+        events = _events(config.scenario)
+        begin = time.monotonic()
+        Rig(config).advance(1)  # compiles, or loads what was compiled before
+        samples = round(config.duration * config.rate_hz) if config.duration else None
+        bus = open_bus(config.bus)
+        try:
+            truth = TruthFile(config.truth_file) if config.truth_file else None
+        except OSError as error:
+            bus.close()
+            raise ConfigurationError(f"truth_file = {config.truth_file!r}: {error.strerror}") from error
+        bus.ignore(frames.sent_ids)
+        gc.freeze()
+        self._loop = RigLoop(Rig(config), bus, frames, config.slow_frames_every, samples, truth, events, self._on_event)
+        self._loop.open()
+        self._told = False
+        self._seen_overruns = self._seen_failures = 0
+        self._own_services = [
+            self.create_service(Trigger, "~/start", self._on_start),
+            self.create_service(Trigger, "~/stop", self._on_stop),
+            self.create_service(InjectFailure, "~/failure", self._on_failure),
+        ]
+        self._timer = self.create_timer(0.1, self._tell_when_done, clock=STEADY)
+        self.get_logger().info(f"rig ready at {config.rate_hz} Hz after {time.monotonic() - begin:.1f} s on {bus.name}")
+        if config.autostart_clock:
+            self._loop.start_clock()
+
+    def stop(self) -> None:
+        self._loop.close()
+        self.destroy_timer(self._timer)
+        for service in self._own_services:
+            self.destroy_service(service)
+
+    def health(self) -> Health:
+        if not self.active:
+            return super().health()
+        loop = self._loop
+        state = "done" if loop.done else "running" if loop.running else "clock stopped"
+        values: dict[str, object] = {
+            "samples": loop.sent,
+            "overruns": loop.overruns,
+            "send_failures": loop.send_failures,
+            "commands": loop.commands,
+            "bad_frames": loop.bad_frames,
+            "motors": "holding" if loop.holding else "moving",
+            "failures": ", ".join(map(str, loop.faults.active)) or "none",
+        }
+        late, failed = loop.overruns - self._seen_overruns, loop.send_failures - self._seen_failures
+        self._seen_overruns, self._seen_failures = loop.overruns, loop.send_failures
+        if failed:
+            return WARN, f"{failed} frames not sent in the last second: {loop.reason}", values
+        if loop.faults.active:
+            return WARN, f"failures injected: {values['failures']}", values
+        if late:
+            return WARN, f"{late} samples late in the last second", values
+        return OK, state, values
+
+    def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._loop.start_clock()
+        response.success, response.message = True, f"clock runs from sample {self._loop.sent}"
+        return response
+
+    def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._loop.stop_clock()
+        response.success, response.message = True, f"clock stopped at sample {self._loop.sent}"
+        return response
+
+    def _on_failure(self, request: InjectFailure.Request, response: InjectFailure.Response) -> InjectFailure.Response:
+        try:
+            failure = parse(request.failure)
+        except FailureError as error:
+            response.message = str(error)
+            return response
+        self._loop.happen(Event(0.0, failure))
+        response.success, response.message = True, str(failure)
+        return response
+
+    def _on_event(self, event: Event, sample: int) -> None:
+        what = f"failure {event.failure}" if event.failure else f"push {event.push} N m"
+        self.get_logger().info(f"{what} from sample {sample}, {sample / self.config.rate_hz:.3f} s")
+
+    def _tell_when_done(self) -> None:
+        if self._loop.done and not self._told:
+            self._told = True
+            late, failed = self._loop.overruns, self._loop.send_failures
+            self.get_logger().info(f"done: {self._loop.sent} samples, {late} late, {failed} frames not sent")
+
+
+def _events(path: str) -> tuple[Event, ...]:
+    if not path:
+        return ()
+    try:
+        return scenario(yaml.safe_load(Path(path).read_text()))
+    except (OSError, yaml.YAMLError, FailureError) as error:
+        raise ConfigurationError(f"scenario = {path!r}: {' '.join(str(error).split())}") from error
+
+
+def main() -> int:
+    """Entry point."""
+    return run(RigSimulatorNode)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

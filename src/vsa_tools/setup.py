@@ -1,0 +1,32 @@
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+package = ElementTree.parse("package.xml").getroot()  # name, version and licence stand there alone
+name = package.findtext("name")
+
+setup(
+    name=name,
+    version=package.findtext("version"),
+    packages=find_packages(),
+    package_data={f"{name}.view": ["static/*"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    maintainer=package.findtext("maintainer"),
+    maintainer_email=package.find("maintainer").get("email"),
+    description=package.findtext("description"),
+    license=package.findtext("license"),
+    entry_points={
+        "console_scripts": [
+            "demo = vsa_tools.demo.command:main",
+            "record = vsa_tools.record.command:main",
+            "report = vsa_tools.report.command:main",
+            "view = vsa_tools.view.command:main",
+            "design = vsa_tools.design.command:main",
+        ],
+    },
+)

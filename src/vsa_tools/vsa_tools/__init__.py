@@ -1,0 +1,1 @@
+"""Tools for users: demo, record, report, view, design."""

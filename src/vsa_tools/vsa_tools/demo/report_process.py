@@ -1,0 +1,46 @@
+"""The report in a process of its own, which makes itself ready while the demo still cleans up."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from vsa_common.ros.subprocesses import ProcessError
+
+# Dies with us, and ends by itself where it is told nothing.
+_WORK = """
+import ctypes, signal, sys
+ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+from vsa_tools.report.command import write
+folder = sys.stdin.readline().rstrip("\\n")
+if folder:
+    write(f"{folder}/bag", folder, prints=False)
+"""
+
+
+class Reporter:
+    """Starts the process at once; `write` tells it which run to report."""
+
+    def __init__(self) -> None:
+        self._popen = subprocess.Popen(
+            [sys.executable, "-W", "ignore", "-c", _WORK],
+            stdin=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def write(self, folder: Path) -> None:
+        """Write report.html of the run in `folder`. Raises ProcessError with the reason where that fails."""
+        _, errors = self._popen.communicate(f"{folder}\n")
+        if self._popen.returncode:
+            reason = errors.strip().splitlines()[-1] if errors.strip() else f"code {self._popen.returncode}"
+            raise ProcessError(f"the report could not be written: {reason}")
+
+    def __enter__(self) -> "Reporter":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let it go; what it was not told to write is not written."""
+        if self._popen.poll() is None:
+            self._popen.kill()
+            self._popen.communicate()

@@ -1,0 +1,153 @@
+"""Node and tool: every topic of the suite into a rosbag2 recording (MCAP), bytes as they come from the wire."""
+
+import argparse
+import importlib
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.utilities import remove_ros_args
+from vsa_tools.record.spool import Spool
+from vsa_tools.topics import suite_topics
+from vsa_common.io.bags import BagError, Recording
+from vsa_common.config.configuration import ConfigurationError, quantity, words
+from vsa_common.ros.process import run
+from vsa_common.ros.node import ERROR, OK, STEADY, WARN, Health, SuiteNode
+from vsa_common.terminal import Bar, progress
+
+LOOK_FOR_TOPICS_S = 0.5
+
+
+@dataclass(frozen=True)
+class RecorderConfig:
+    """Parameters of the recorder."""
+
+    out: str = words("", "folder of the recording, must not exist; empty: vsa_bag_DATE_TIME here")
+    topics: tuple[str, ...] = words(
+        ("",), "topics of others to record besides, absolute names; their type is looked up"
+    )
+    queue_limit: int = quantity(100_000, "", 100, 10_000_000, "messages that may wait for the disk; more are dropped")
+    depth: int = quantity(2000, "", 1, 100_000, "messages of a topic that may wait for this process")
+    flush_period: float = quantity(1.0, "s", 0.05, 60.0, "a crash costs no more than the last so many seconds")
+    disk_reserve: int = quantity(16_000_000, "byte", 0, 10**12, "free space at which the recording is closed")
+
+
+class RecorderNode(SuiteNode[RecorderConfig]):
+    """Record the suite's topics of one namespace; active means that it listens to all of them."""
+
+    def __init__(self, bar: Bar) -> None:
+        super().__init__("recorder", RecorderConfig)
+        self._bar = bar
+
+    def start(self) -> None:
+        config = self.config
+        self._qos = QoSProfile(depth=config.depth, reliability=ReliabilityPolicy.RELIABLE)
+        path = Path(config.out or time.strftime("vsa_bag_%Y%m%d_%H%M%S"))
+        try:
+            self._recording = Recording(path)
+        except BagError as error:
+            raise ConfigurationError(f"out = {str(path)!r}: {error}") from error
+        self.spool = Spool(self._recording, config.queue_limit, config.flush_period, config.disk_reserve)
+        self._reported = 0
+        self._wanted = {topic for topic in config.topics if topic}
+        self._inputs: list[Any] = []
+        for topic, type_name in suite_topics(self.get_namespace()).items():
+            self._listen(topic, type_name)
+        self._own_timers = [self.create_timer(LOOK_FOR_TOPICS_S, self._look, clock=STEADY)]
+        self.get_logger().info(f"recording {len(self._inputs)} topics to {path}")
+
+    def stop(self) -> None:
+        for timer in self._own_timers:
+            self.destroy_timer(timer)
+        for subscription in self._inputs:
+            self.destroy_subscription(subscription)
+        self.spool.close()
+
+    def health(self) -> Health:
+        if not self.active:
+            return super().health()
+        spool = self.spool
+        values = {"messages": spool.written, "dropped": spool.dropped, "longest_queue": spool.longest}
+        if spool.failure:
+            return ERROR, spool.failure, values
+        before, self._reported = self._reported, spool.dropped
+        if spool.dropped > before:
+            return (
+                WARN,
+                f"the disk does not keep up: {spool.dropped - before} messages dropped in the last second",
+                values,
+            )
+        return OK, f"recording to {self._recording.path}", values
+
+    def _listen(self, topic: str, type_name: str) -> None:
+        self._recording.add(topic, type_name)
+        callback = partial(self._on_message, topic)
+        self._inputs.append(self.create_subscription(message_class(type_name), topic, callback, self._qos, raw=True))
+
+    def _on_message(self, topic: str, data: bytes) -> None:
+        self.spool.put(topic, time.time_ns(), data)
+
+    def summary(self) -> str:
+        """What came of it, on one line."""
+        spool = self.spool
+        return f"{spool.written} messages in {self._recording.path}, {spool.dropped} dropped {spool.failure}".rstrip()
+
+    def _look(self) -> None:
+        self._bar.advance(0.0, f"{self.spool.written} messages, {self.spool.dropped} dropped")
+        if self.spool.failure:
+            self.get_logger().error(self.spool.failure, once=True)
+        if not self._wanted:
+            return
+        for topic, types in self.get_topic_names_and_types():
+            if topic in self._wanted:
+                self._wanted.discard(topic)
+                try:
+                    self._listen(topic, types[0])
+                except (BagError, ImportError, AttributeError) as error:
+                    self.get_logger().error(f"{topic} is not recorded: {error}")
+
+
+def message_class(type_name: str) -> type:
+    """The Python class of a message type, `geometry_msgs/msg/WrenchStamped`."""
+    package, _, name = type_name.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def ros_arguments(words: Sequence[str]) -> list[str]:
+    """The tool's own options as arguments for ROS, before those that were given as such."""
+    parser = argparse.ArgumentParser(prog="record", description=__doc__, epilog="Ctrl-C ends the recording.")
+    parser.add_argument("--out", metavar="DIR", default="", help="folder of the recording (vsa_bag_DATE_TIME)")
+    parser.add_argument("--namespace", default="", help="namespace of the joint (/vsa)")
+    parser.add_argument("--topic", action="append", default=[], help="a topic of others to record besides; repeatable")
+    options = parser.parse_args(remove_ros_args([parser.prog, *words])[1:])
+    own = ["-p", f"out:={options.out}"] if options.out else []
+    own += ["-p", f"topics:=[{','.join(options.topic)}]"] if options.topic else []
+    own += ["-r", f"__ns:=/{options.namespace.strip('/')}"] if options.namespace else []
+    given = list(words[words.index("--ros-args") :]) if "--ros-args" in words else []
+    return [*given, "--ros-args", *own] if own else given
+
+
+def main() -> int:
+    """Entry point."""
+    ros = ros_arguments(sys.argv[1:])
+    nodes: list[RecorderNode] = []
+    with progress(None, "recording") as bar:
+
+        def create() -> RecorderNode:
+            nodes.append(RecorderNode(bar))
+            return nodes[0]
+
+        code = run(create, [sys.argv[0], *ros])
+    if code:
+        return code
+    print(f"recorder: {nodes[0].summary()}", file=sys.stderr)
+    return 1 if nodes[0].spool.failure else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

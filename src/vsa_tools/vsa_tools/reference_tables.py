@@ -1,0 +1,72 @@
+"""The generated blocks of docs/interfaces.md: message fields and parameters, read from where they are defined.
+
+`python -m vsa_tools.reference_tables docs/interfaces.md` writes them anew between their markers.
+"""
+
+import importlib
+import math
+import re
+import sys
+from pathlib import Path
+
+from vsa_common.config.configuration import Parameter, parameters
+
+NODES = {
+    "every_node": "vsa_common.config.declared.Common",
+    "driver": "vsa_driver.settings.DriverSettings",
+    "estimator": "vsa_estimator.settings.NodeConfig",
+    "joint": "vsa_joint.settings.JointConfig",
+    "stiffness_controller": "vsa_joint.settings.ControlConfig",
+    "recorder": "vsa_tools.record.command.RecorderConfig",
+    "rig_simulator": "vsa_simulator.node.SimulatorConfig",
+}
+_BLOCK = re.compile(r"(<!-- (parameters|message): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_FIELD = re.compile(r"^(\S+)\s+(\w+)\s*(=\s*\S+)?\s*(?:#\s*(.*))?$")
+
+
+def document(text: str, messages: Path) -> str:
+    """`text` with every generated block renewed; `messages` is the folder of the .msg files."""
+
+    def renew(block: re.Match[str]) -> str:
+        head, kind, name, end = block.groups()
+        table = parameter_table(NODES[name]) if kind == "parameters" else message_table(messages / f"{name}.msg")
+        return f"{head}{table}{end}"
+
+    return _BLOCK.sub(renew, text)
+
+
+def parameter_table(config: str) -> str:
+    """Markdown table of a configuration class, named with its module."""
+    module, _, name = config.rpartition(".")
+    rows = ["| parameter | default | unit | range | meaning |", "|---|---|---|---|---|"]
+    rows += [_parameter_row(p) for p in parameters(getattr(importlib.import_module(module), name))]
+    return "\n".join(rows) + "\n"
+
+
+def _parameter_row(parameter: Parameter) -> str:
+    default = list(parameter.default) if isinstance(parameter.default, tuple) else parameter.default
+    if parameter.options:
+        limits = ", ".join(parameter.options)
+    elif math.isfinite(parameter.low):
+        limits = f"{parameter.low:g} to {parameter.high:g}"
+    else:
+        limits = ""
+    return f"| `{parameter.name}` | {default} | {parameter.unit} | {limits} | {parameter.text} |"
+
+
+def message_table(file: Path) -> str:
+    """Markdown table of a message definition."""
+    notes, rows = [], ["| field | type | meaning |", "|---|---|---|"]
+    for line in file.read_text().splitlines():
+        field = _FIELD.match(line)
+        if line.startswith("#"):
+            notes.append(line.lstrip("# "))
+        elif field:
+            kind, name, value, meaning = field.groups()
+            rows.append(f"| `{name}{' ' + value if value else ''}` | {kind} | {meaning or ''} |")
+    return "\n".join(["\n".join(notes), "", *rows]) + "\n"
+
+
+if __name__ == "__main__":
+    path = Path(sys.argv[1])
+    path.write_text(document(path.read_text(), path.parent.parent / "src" / "vsa_msgs" / "msg"))

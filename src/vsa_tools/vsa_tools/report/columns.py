@@ -1,0 +1,78 @@
+"""Messages of one topic as columns of numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vsa_common.io.bags import Topic
+from vsa_common.stamps import NANOSECONDS
+
+Floats = NDArray[np.float64]
+
+_FAR = 10.0  # a stamp so far from where the others are [s] is none
+
+
+@dataclass(frozen=True)
+class Series:
+    """The messages of one topic. `time` counts from the start of the run and is NaN where a stamp makes no sense."""
+
+    topic: Topic
+    stamp_ns: NDArray[np.int64]
+    receive_ns: NDArray[np.int64]
+    time: Floats  # [s]
+    columns: dict[str, Floats]
+    texts: dict[str, Any] = field(default_factory=dict)  # of the last message
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    def __getitem__(self, name: str) -> Floats:
+        """A column; NaN throughout where the bag's version of the message lacks it."""
+        return self.columns.get(name, np.full(len(self), np.nan))
+
+    def std(self, name: str) -> Floats:
+        """Standard deviation of a quantity that comes with its variance."""
+        return np.sqrt(np.maximum(self[f"{name}_variance"], 0.0))
+
+    def valid(self, name: str) -> NDArray[np.bool_]:
+        """Where a quantity may be used."""
+        return self[f"{name}_valid"] == 1.0
+
+
+class Gatherer:
+    """Messages of one topic, their fields `names`, on their way to a Series."""
+
+    def __init__(self, topic: Topic, names: Sequence[str]) -> None:
+        self.topic = topic
+        self.stamps: list[int] = []
+        self._receives: list[int] = []
+        self._rows: list[tuple[Any, ...]] = []
+        self._names = names
+
+    def take(self, receive_ns: int, stamp_ns: int, values: tuple[Any, ...]) -> None:
+        """The numbers and texts of a message."""
+        self._receives.append(receive_ns)
+        self.stamps.append(stamp_ns)
+        self._rows.append(values)
+
+    def series(self, start_ns: int) -> Series:
+        """All of it, on the time that begins at `start_ns`."""
+        stamps = np.array(self.stamps, dtype=np.int64)
+        receives = np.array(self._receives, dtype=np.int64)
+        time = (stamps - start_ns) / NANOSECONDS
+        behind = (receives - stamps) / NANOSECONDS
+        time[np.abs(behind - np.median(behind)) > _FAR] = np.nan
+        whole = dict(zip(self._names, zip(*self._rows, strict=True), strict=True))
+        texts = {name: values[-1] for name, values in whole.items() if isinstance(values[-1], str | list)}
+        columns = {name: np.array(values, dtype=float) for name, values in whole.items() if name not in texts}
+        return Series(self.topic, stamps, receives, time, columns, texts)
+
+
+def first_stamp(stamps: list[int]) -> int:
+    """The earliest stamp [ns] that is not far from all others."""
+    array = np.array(stamps, dtype=np.int64)
+    low, high = np.quantile(array, [0.02, 0.98])
+    room = _FAR * NANOSECONDS + (high - low)
+    return int(array[(array >= low - room) & (array <= high + room)].min())

@@ -1,0 +1,68 @@
+"""What the figures of a report are drawn with: panels over time, and the force rate of section VI."""
+
+from typing import Any
+
+import numpy as np
+from vsa_tools.report.columns import Floats
+from vsa_tools.report.downsampling import envelope, extremes
+from vsa_common.figures import band, limits
+
+RATE_FILTER = 0.19  # time constant that the two noise figures of section VI imply [s]
+
+
+class Panel:
+    """One panel over time, drawn with few points."""
+
+    def __init__(self, axes: Any, label: str) -> None:
+        self._axes = axes
+        axes.set_ylabel(label)
+
+    def line(self, time: Floats, value: Any, color: str, label: str = "", style: str = "-", width: float = 1.1) -> None:
+        """A series; `label` for the legend."""
+        x, y = extremes(time, value)
+        self._axes.plot(x, y, style, color=color, linewidth=width, label=label or None)
+
+    def band(self, time: Floats, low: Any, high: Any, color: str) -> None:
+        """An interval around a series."""
+        band(self._axes, *envelope(time, low, high), color)
+
+    def invalid(self, time: Floats, flag: Any) -> None:
+        """Grey ground wherever `flag` is set, be it for one sample."""
+        x, _, wrong = envelope(time, np.zeros(len(time)), np.asarray(flag, dtype=float))
+        if len(x) > 1 and np.nanmax(wrong, initial=0.0) > 0.0:
+            across = self._axes.get_xaxis_transform()
+            self._axes.fill_between(
+                x, 0.0, 1.0, where=wrong > 0.5, step="post", transform=across, color="#ececec", linewidth=0.0, zorder=-2
+            )
+
+    def strip(self, time: Floats, flag: Any, row: int, color: str, label: str) -> None:
+        """A bar in row `row` wherever `flag` is set."""
+        x, _, here = envelope(time, np.zeros(len(time)), np.asarray(flag, dtype=float))
+        self._axes.fill_between(
+            x, row - 0.35, row + 0.35, where=here > 0.5, step="post", color=color, linewidth=0.0, label=label or None
+        )
+
+    def fit(self, values: Any) -> None:
+        """Choose the y axis by these values, whatever else is drawn."""
+        limits(self._axes, values)
+
+    def legend(self) -> None:
+        """Name the lines."""
+        if self._axes.get_legend_handles_labels()[1]:
+            self._axes.legend(loc="upper right", ncols=3, frameon=True, framealpha=0.8, edgecolor="none", borderpad=0.2)
+
+
+def force_rate(time: Floats, force: Floats) -> Floats:
+    """Force rate by a first-order filter [N/s], as the paper forms it for Fig. 7."""
+    if len(time) < 3:
+        return np.full(len(time), np.nan)
+    rate = np.full(len(time), np.nan)
+    smooth, before = float(force[0]), float(time[0])
+    for k, (now, value) in enumerate(zip(time.tolist(), force.tolist(), strict=True)):
+        if now > before and np.isfinite(value):
+            rate[k] = (value - smooth) / (RATE_FILTER + now - before)
+            smooth += rate[k] * (now - before)
+            before = now
+        elif not now >= before:  # the stamps went back
+            smooth, before = value, now
+    return rate

@@ -1,0 +1,274 @@
+"""Every command block of README.md and docs/ is run.
+
+A block is a ```bash fence. It runs as it stands, block after block of a document in one folder, and must end with 0,
+unless a comment in the line before it says what cannot be as it stands:
+
+    <!-- tested: with ARGUMENTS -->            they are appended: a shorter run
+    <!-- tested: help -->                      takes minutes: each line must be understood, with --help behind it
+    <!-- tested: data FILE -->                 the test lays that recording there before
+    <!-- tested: together until active -->     lines are terminals; ended by Ctrl-C once their nodes are active
+    <!-- tested: together until TEXT, TEXT -->  the same, once each has said its text
+    <!-- tested: beside the rig -->            the simulated rig, at rest, and its driver run meanwhile
+    <!-- tested: elsewhere FILE: WORDS -->     too long, or done already: FILE, which runs, has the block's WORDS
+    <!-- tested: hardware -->                  needs a real bus or an installed ROS: only its syntax is looked at
+"""
+
+import contextlib
+import re
+import signal
+import subprocess
+import textwrap
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+import yaml
+from geometry_msgs.msg import WrenchStamped
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from vsa_tools.demo.isolation import claim_corner
+from vsa_common.ros.subprocesses import executable
+from vsa_common.config.configuration import load
+from vsa_common.io.tables import write_columns
+from vsa_driver.settings import DriverSettings
+
+pytestmark = pytest.mark.live
+
+ROOT = Path(__file__).parents[2]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FENCE = re.compile(
+    r"^(?P<indent> *)(?:<!-- tested: (?P<rule>[^\n]*) -->\n *)?```(?P<language>\w*)\n(?P<body>.*?)^ *```$", re.M | re.S
+)
+DEMO = "./vsa demo --view"
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fence of a document."""
+
+    name: str
+    language: str
+    rule: str
+    body: str
+
+
+def blocks_of(document):
+    text = document.read_text()
+    for found in FENCE.finditer(text):
+        line = text.count("\n", 0, found.start("body"))
+        body = textwrap.dedent(found["body"])
+        yield Block(f"{document.relative_to(ROOT)}:{line}", found["language"], found["rule"] or "", body)
+
+
+BLOCKS = [block for document in DOCUMENTS for block in blocks_of(document)]
+COMMANDS = [block for block in BLOCKS if block.language == "bash"]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_command_stands_where_it_would_not_be_run(document):
+    rest = FENCE.sub("", document.read_text())
+    assert re.findall(r"^(?: {4,}|\t)(?:\./vsa|ros2|export|python|sudo|pip|git|cp) .*$", rest, flags=re.M) == []
+    for block in blocks_of(document):
+        assert block.language in ("bash", "yaml", "python", "text"), block.name
+        assert block.language != "text" or "./vsa " not in block.body, block.name
+
+
+def test_there_are_commands():
+    assert len(COMMANDS) > 15
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "yaml"], ids=lambda block: block.name)
+def test_every_piece_of_yaml_is_one_that_its_node_takes(block, tmp_path):
+    file = tmp_path / "parameters.yaml"
+    file.write_text(block.body)
+    assert set(yaml.safe_load(block.body)) == {"/**/driver"}
+    load(file, "driver", DriverSettings)
+
+
+@pytest.fixture(scope="module")
+def corner():
+    return claim_corner()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, corner):
+    """Where the commands run: the repository as a reader has it, but what they make stays out of it."""
+    folder = tmp_path_factory.mktemp("reader")
+    for name in ("vsa", "src", "examples", "docs"):
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+def run(text, folder, corner, limit=240.0):
+    done = subprocess.run(
+        ["bash", "-c", f"set -e\n{text}"],
+        cwd=folder,
+        env=corner.environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=limit,
+        check=False,
+    )
+    assert done.returncode == 0, f"{text}\n{done.stdout}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def recorded(folder, corner):
+    """After the README's demo: its bag is what the other commands work on."""
+    (block,) = (block for block in COMMANDS if block.body.strip() == DEMO)
+    run(f"{block.body.strip()} {block.rule.removeprefix('with ')}", folder, corner)
+    run("cp src/vsa_bringup/config/paper_rig.yaml my_rig.yaml", folder, corner)
+    assert (folder / "vsa_demo" / "report.html").exists()
+    return folder
+
+
+def lay(file):
+    """A recording as a reader would have made it."""
+    random = np.random.default_rng(1)
+    stamp = np.arange(0.0, 30.0, 0.01)
+    if file.name == "gauge.csv":
+        pull = 60.0 + 55.0 * np.sin(2 * np.pi * stamp / 15.0)
+        columns = {"force": pull / 1.03 + random.normal(0.0, 0.017, stamp.size), "reference": pull}
+    else:
+        deflection = np.round((0.01 + random.normal(0.0, 1e-5, stamp.size)) / 1e-5) * 1e-5
+        columns = {"force": 30.0 + random.normal(0.0, 0.017, stamp.size), "deflection": deflection}
+    write_columns(file, {"stamp": stamp, **columns})
+
+
+@contextlib.contextmanager
+def terminals(lines, folder, corner):
+    """Each line a terminal of its own, with what it says in a file; they end by Ctrl-C, and end well."""
+    files = [folder / f"said_{i}.txt" for i in range(len(lines))]
+    running = []
+    for line, file in zip(lines, files, strict=True):
+        with file.open("w") as output:
+            command = ["bash", "-c", f"exec {line}"]
+            running.append(
+                subprocess.Popen(command, cwd=folder, env=corner.environment(), stdout=output, stderr=subprocess.STDOUT)
+            )
+    try:
+        yield list(zip(running, files, strict=True))
+        for process in running:
+            process.send_signal(signal.SIGINT)
+        for line, file, process in zip(lines, files, running, strict=True):
+            assert process.wait(30.0) == 0, f"{line}\n{file.read_text()}"
+    finally:
+        for process in running:
+            process.kill()
+
+
+def wait_until_said(texts, running):
+    """Return when each process has said its text."""
+    end = time.monotonic() + 60.0
+    for text, (process, file) in zip(texts, running, strict=True):
+        while text not in file.read_text():
+            assert process.poll() is None, file.read_text()
+            assert time.monotonic() < end, f"{text}: {file.read_text()}"
+            time.sleep(0.1)
+
+
+@contextlib.contextmanager
+def listening(domain):
+    """A node of the test in a ROS domain, and what spins it."""
+    context = rclpy.Context()
+    rclpy.init(context=context, args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    node = rclpy.create_node("reader", namespace="vsa", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    try:
+        yield node, executor
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+
+
+def wait_until_active(names, domain):
+    """Return when every node is active."""
+    with listening(domain) as (node, executor):
+        waiting, end = (
+            {name: node.create_client(GetState, f"{name}/get_state") for name in names},
+            time.monotonic() + 60.0,
+        )
+        while waiting:
+            assert time.monotonic() < end, f"{', '.join(waiting)} not active"
+            for name, client in list(waiting.items()):
+                if client.wait_for_service(0.1):
+                    future = client.call_async(GetState.Request())
+                    executor.spin_until_future_complete(future, timeout_sec=5.0)
+                    if future.done() and future.result().current_state.id == State.PRIMARY_STATE_ACTIVE:
+                        del waiting[name]
+
+
+def wait_for_samples(count, domain):
+    """Return when the driver has published so many forces."""
+    with listening(domain) as (node, executor):
+        heard, end = [], time.monotonic() + 60.0
+        node.create_subscription(WrenchStamped, "transmission_1/force", heard.append, 1000)
+        while len(heard) < count:
+            assert time.monotonic() < end, f"{len(heard)} samples"
+            executor.spin_once(timeout_sec=0.5)
+
+
+def name_of(line):
+    """The node that a line `./vsa run PACKAGE EXECUTABLE ...` starts."""
+    renamed = re.search(r"__node:=(\w+)", line)
+    return renamed[1] if renamed else line.split()[3]
+
+
+@pytest.fixture(scope="module")
+def rig():
+    """A corner of its own, in which the simulated rig rests and its driver runs."""
+    corner = claim_corner()
+    bus = ["-p", f"bus.options:=['hop_limit=0','port={corner.bus_port}']"]
+    rest = ["-p", "rate_hz:=200", "-p", "profile.kind:=hold", "-p", "torque.amplitudes:=[0.0, 0.0]"]
+    nodes = {"rig_simulator": [*rest, *bus], "driver": bus}
+    running = [
+        subprocess.Popen(
+            [executable("vsa_simulator", name), "--ros-args", "-r", "__ns:=/vsa", *arguments], env=corner.environment()
+        )
+        for name, arguments in nodes.items()
+    ]
+    try:
+        wait_for_samples(300, corner.domain)
+        yield corner
+    finally:
+        for process in running:
+            process.send_signal(signal.SIGINT)
+        for process in running:
+            process.wait(30.0)
+
+
+@pytest.mark.parametrize("block", COMMANDS, ids=lambda block: block.name)
+def test_the_commands_do_what_the_document_says(block, recorded, corner, request):
+    rule, _, rest = block.rule.partition(" ")
+    lines = [line for line in block.body.strip().splitlines() if line.strip() and not line.startswith("#")]
+    if rule == "hardware":
+        subprocess.run(["bash", "-n", "-c", block.body], check=True)
+        assert "./vsa" not in block.body
+    elif rule == "elsewhere":
+        file, _, words = rest.partition(": ")
+        assert words in block.body
+        assert words in (ROOT / file).read_text()
+    elif rule == "help":
+        for line in lines:
+            run(f"{line.partition('#')[0].strip()} --help", recorded, corner)
+    elif rule == "together":
+        with terminals(lines, recorded, corner) as running:
+            if rest == "until active":
+                wait_until_active([name_of(line) for line in lines], corner.domain)
+            else:
+                wait_until_said(rest.removeprefix("until ").split(", "), running)
+    elif rule == "beside":
+        run(block.body, recorded, request.getfixturevalue("rig"))
+    elif block.body.strip() != DEMO:  # that one was run for all of them
+        assert rule in ("", "with", "data"), block.rule
+        if rule == "data":
+            lay(recorded / rest)
+        run(block.body.strip() + (f" {rest}" if rule == "with" else ""), recorded, corner)

@@ -1,0 +1,47 @@
+"""The controller's example of the README, as a controller would run it."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from vsa_tools.demo.isolation import claim_corner
+from vsa_msgs.msg import JointImpedance
+
+pytestmark = pytest.mark.live
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "subscribe.py"
+
+
+def test_the_readme_shows_the_example():
+    assert f"```python\n{EXAMPLE.read_text()}```" in (ROOT / "README.md").read_text()
+
+
+def test_the_example_prints_valid_stiffness_with_its_interval(monkeypatch, tmp_path):
+    corner = claim_corner()
+    for name, value in corner.environment().items():
+        monkeypatch.setenv(name, value)
+    said = tmp_path / "said.txt"
+    with said.open("w") as output:
+        example = subprocess.Popen([sys.executable, str(EXAMPLE)], stdout=output, env=os.environ)
+    context = rclpy.Context()
+    rclpy.init(context=context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = rclpy.create_node("joint", namespace="vsa", context=context)
+        publisher = node.create_publisher(JointImpedance, "joint_impedance", 10)
+        end = time.monotonic() + 60.0
+        while not said.read_text():
+            assert example.poll() is None
+            assert time.monotonic() < end
+            publisher.publish(JointImpedance(stiffness=1.0, stiffness_valid=False))
+            publisher.publish(JointImpedance(stiffness=2.5, stiffness_variance=0.0001, stiffness_valid=True))
+            time.sleep(0.02)
+    finally:
+        example.kill()
+        rclpy.shutdown(context=context)
+    assert set(said.read_text().splitlines()) == {"K = 2.500 +- 0.020 N m/rad"}

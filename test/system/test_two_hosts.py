@@ -1,0 +1,128 @@
+"""Driver on one host, estimators and joint on another: what a slow, lossy and cut network does, and does not."""
+
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from favour import RIG, favoured
+from host import undisturbed
+from network_wire import Wire, permitted
+from vsa_tools.scenarios.fault_evaluation import lie
+from vsa_common.ros.subprocesses import executable, renice
+from vsa_tools.scenarios.faults import Heard
+from vsa_tools.demo.parameters import base_parameters, write_parameters
+from vsa_common.io import bags
+
+pytestmark = [pytest.mark.live, pytest.mark.skipif(not permitted(), reason="network namespaces are not permitted here")]
+
+RATE = 200
+LEARN, CALM, SLOW, LOSSY, CUT, AFTER = 18.0, 2.0, 3.0, 3.0, 3.0, 6.0  # s
+HICCUPS = 0.04  # s for which cores may stand still, together, before samples are called missing
+ON_HOSTS = (
+    {"driver": ("vsa_driver", "driver"), "rig_simulator": ("vsa_simulator", "rig_simulator")},
+    {
+        "recorder": ("vsa_tools", "record"),
+        "estimator_1": ("vsa_estimator", "estimator"),
+        "estimator_2": ("vsa_estimator", "estimator"),
+        "joint": ("vsa_joint", "joint"),
+    },
+)
+EVERYTHING = type("Everything", (), {"begin": 0.0, "until": float("inf")})
+
+
+class Run:
+    """What was done to the wire, when, and what the recorder on the second host heard."""
+
+    def __init__(self, folder, times, wire):
+        self.heard = Heard(folder)
+        self.times, self.dropped, self.carried = times, wire.dropped, wire.carried
+        messages = bags.read(folder / "bag", ["/vsa/joint_impedance"])
+        rows = [(receive * 1e-9, m.stiffness_valid, m.header.stamp.sec + m.header.stamp.nanosec * 1e-9)
+                for _, receive, m in messages]  # fmt: skip
+        self.received, valid, self.stamped = np.array(rows, dtype=float).T
+        self.valid = valid > 0
+
+    def during(self, name, late=0.0):
+        begin, end = self.times[name]
+        return (self.received > begin + late) & (self.received < end)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("two_hosts")
+    parameters = folder / "parameters.yaml"
+    rig = {"rate_hz": RATE, "truth_file": str(folder / "truth.csv"), **RIG}
+    write_parameters(parameters, base_parameters(), {"rig_simulator": rig, "recorder": {"out": str(folder / "bag")}})
+    environment = os.environ | {"ROS_DOMAIN_ID": "77", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+    environment.pop("ROS_LOCALHOST_ONLY", None)
+    processes, times = [], {}
+
+    def spend(name, seconds, **changes):
+        for key, value in changes.items():
+            setattr(wire, key, value)
+        begin = time.time()
+        time.sleep(seconds)  # this is the experiment: so long the network is so
+        times[name] = begin, time.time()
+
+    with favoured() as nice, Wire() as wire:
+        try:
+            for host in (1, 0):
+                for name, where in ON_HOSTS[host].items():
+                    ros = ["--ros-args", "-r", f"__node:={name}", "--params-file", str(parameters)]
+                    command = wire.command(host, [executable(*where), *ros])
+                    own = {"start_new_session": True, "preexec_fn": lambda: renice(nice), "env": environment}
+                    processes.append(subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **own))
+            bag, end = folder / "bag" / "bag.mcap", time.monotonic() + 60.0
+            while not bag.exists() or bag.stat().st_size < 200_000:
+                assert time.monotonic() < end, [p.poll() for p in processes]
+                time.sleep(0.1)
+            shared = ["/dev/shm/fastrtps" in Path(f"/proc/{p.pid}/maps").read_text() for p in processes]
+            spend("learn", LEARN)
+            undisturbed(lambda: spend("calm", CALM), lambda: None, HICCUPS)
+            undisturbed(lambda: spend("slow", SLOW, delay=0.03, jitter=0.01), lambda: None, 0.1)
+            spend("lossy", LOSSY, delay=0.0, jitter=0.0, loss=0.05)
+            wire.loss = 0.0
+            undisturbed(lambda: [spend("cut", CUT, cut=True), spend("after", AFTER, cut=False)], lambda: None, HICCUPS)
+        finally:
+            for process in processes:
+                process.send_signal(signal.SIGINT)
+            codes = [process.wait(15) for process in processes]
+    assert codes == [0] * len(processes)
+    assert not any(shared)
+    return Run(folder, times, wire)
+
+
+def test_estimates_cross_the_network_and_are_valid(run):
+    assert run.carried > 1000
+    assert run.valid[run.during("calm")].all()
+
+
+def test_a_slow_network_delays_estimates_and_does_no_more(run):
+    slow = run.during("slow", late=0.5)
+    assert run.valid[slow].mean() > 0.95
+    assert np.median(run.received[slow] - run.stamped[slow]) > 0.03
+
+
+def test_a_lossy_network_is_repaired(run):
+    lossy = run.during("lossy", late=0.5)
+    assert run.dropped > 10
+    assert np.unique(run.stamped[lossy]).size > 0.8 * RATE * (LOSSY - 0.5)
+    assert run.valid[lossy].mean() > 0.5
+
+
+def test_a_cut_link_is_invalid_in_time_and_told_until_it_is_mended(run):
+    begin, _ = run.times["cut"]
+    invalid = run.received[(run.received > begin) & ~run.valid]
+    assert invalid[0] - begin < 0.1
+    assert not run.valid[run.during("cut", late=0.3)].any()
+    assert run.during("cut", late=0.3).sum() > 50  # the status goes on
+    assert run.valid[run.during("after", late=AFTER - 1.0)].all()
+
+
+def test_at_no_time_was_a_stiffness_valid_and_wrong(run):
+    for name, source in run.heard.sources.items():
+        assert lie(source, EVERYTHING)[0] <= 0.1, name

@@ -1,0 +1,91 @@
+"""The joint's experiment through the pure cores: small runs, judged against the rig's truth."""
+
+import json
+
+import numpy as np
+import pytest
+from vsa_bench.joint import command as bench_joint
+from vsa_bench.joint.case import Case, external_torque, geometry, rig_config
+from vsa_bench.joint.experiment import record, run
+from vsa_bench.joint.recorded import identify_series
+from vsa_bench.joint.report import case_json, identified_holds
+from vsa_joint.settings import JointConfig
+
+KEYS = {
+    "co_contraction", "tendon_n_per_m", "coulomb_friction", "amplitude_nm", "seed", "expansion_valid", "identified",
+    "estimated", "consistent", "paper", "response_error", "interval_holds",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def with_friction():
+    return run(Case(50.0, 1e5, 0.3, 4))
+
+
+def test_with_friction_the_experiment_agrees_with_the_rig_and_the_estimate_with_the_experiment(with_friction):
+    o = with_friction
+    found = o.identified.impedance
+    assert found.stiffness == pytest.approx(o.truth.stiffness, rel=0.01)
+    assert found.damping == pytest.approx(o.truth.damping, rel=0.03)
+    assert o.estimated.stiffness == pytest.approx(found.stiffness, rel=0.015)
+    assert o.estimated.damping == pytest.approx(found.damping, rel=0.04)
+    assert identified_holds(o, "stiffness")
+    assert identified_holds(o, "damping")
+
+
+def test_a_case_has_every_key_and_survives_json(with_friction):
+    case = json.loads(json.dumps(case_json(with_friction)))
+    assert case.keys() >= KEYS
+    assert case["response_error"] is None
+    assert case["co_contraction"] == pytest.approx(25.0, rel=0.02)
+
+
+def test_the_paper_is_off_by_two_in_the_branch_terms(with_friction):
+    o = with_friction
+    assert (o.printed.damping - 0.01) / (o.truth.damping - 0.01) == pytest.approx(2.0, rel=0.15)
+
+
+def test_the_torque_without_friction_is_twenty_millinewtonmetres_rms():
+    case = Case(50.0, 1e5, 0.0, 1)
+    assert external_torque(case, rig_config(case)).rms == pytest.approx(0.02)
+
+
+def test_seeds_differ_between_frictions_and_repeats():
+    arguments = bench_joint._arguments(["--seeds", "2"])
+    cases = bench_joint._cases(arguments)
+    loud = [case for case in cases if not case.frictionless]
+    assert len(loud) == 60
+    assert len(set(loud)) == 60
+    assert len(cases) - len(loud) == 15
+
+
+def series(case, drop=slice(0, 0)):
+    """Angle and torque as a bag has them: 40 samples a second, each with its stamp."""
+    config = rig_config(case)
+    recording = record(case, config)
+    stamps = 1e9 * np.arange(len(recording.angle)) / case.rate_hz
+    keep = np.delete(np.arange(round(40.0 * case.rate_hz), len(stamps), 5), drop)
+    joint = geometry(config)
+    return [np.stack([stamps[keep], values[keep]], axis=1) for values in (recording.angle, recording.torque)], joint
+
+
+def test_a_recording_as_a_real_rig_gives_it_is_identified_with_an_interval(with_friction):
+    (angle, torque), joint = series(with_friction.case)
+    found, truth = identify_series(angle, torque, joint, 20.0), with_friction.truth
+    assert found.impedance.stiffness == pytest.approx(truth.stiffness, rel=0.01)
+    assert found.impedance.damping == pytest.approx(truth.damping, rel=0.03)
+    assert abs(found.impedance.stiffness - truth.stiffness) < 3.0 * found.std.stiffness
+
+
+def test_a_recording_with_a_gap_or_too_short_is_refused():
+    rows = np.stack([1e9 * np.arange(0.0, 50.0, 0.025), np.zeros(2000)], axis=1)
+    joint = JointConfig().joint
+    with pytest.raises(ValueError, match="joint_states: 1"):
+        identify_series(np.delete(rows, slice(500, 540), axis=0), rows, joint, 20.0)
+    with pytest.raises(ValueError, match="expected two periods"):
+        identify_series(rows[:1000], rows[:1000], joint, 20.0)
+
+
+def test_a_bag_that_is_not_there_is_one_line(capsys, tmp_path):
+    assert bench_joint.main(["--bag", str(tmp_path / "none")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,192 @@
+"""Frames of literal bytes to samples; the bytes are packed by hand, not with the DBC's library."""
+
+import struct
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from vsa_driver.can.bus import Frame
+from vsa_driver.acquisition.channel import JointSample, MotorSample, Sample
+from vsa_driver.acquisition.mapping import load_frames
+from vsa_driver.acquisition.router import CommandFrames, Router
+from vsa_driver.settings import DriverSettings, MotorSettings, TransmissionSettings
+
+FRAMES = load_frames(DriverSettings().dbc)
+NOW = 1_800_000_000_000_000_000
+MS = 1_000_000
+
+
+def transmission(force, count, counter, number=1):
+    data = round(force * 1e4).to_bytes(3, "little", signed=True) + struct.pack("<HH", count % 65536, counter % 65536)
+    return Frame(arbitration_id=0x100 + number, is_extended_id=False, data=data)
+
+
+def other(name, **changes):
+    return Router(FRAMES, replace(DriverSettings(), **{name: replace(getattr(DriverSettings(), name), **changes)}))
+
+
+def test_a_frame_becomes_a_sample_in_si_with_its_capture_stamp():
+    [sample] = Router(FRAMES, DriverSettings()).add(transmission(19.5, 1234, 7), NOW)
+    assert sample == Sample("transmission_1", NOW, 7, pytest.approx(19.5), pytest.approx(0.01234))
+
+
+def test_calibration_turns_the_signal_into_newtons_and_metres():
+    router = other(
+        "transmission_2", force_scale=2.0, force_offset=-1.0, force_reversed=True,
+        encoder_scale=2e-5, encoder_offset=0.001, encoder_reversed=True,
+    )  # fmt: skip
+    [sample] = router.add(transmission(-10.0, -400, 0, number=2), NOW)
+    assert (sample.force, sample.deflection) == (pytest.approx(19.0), pytest.approx(0.009))
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_the_encoder_is_followed_through_its_wrap_both_ways(direction):
+    router = other("transmission_1", encoder_bits=10)
+    counts = range(500, 1700, 100) if direction > 0 else range(1600, 400, -100)
+    travel = [
+        router.add(transmission(20.0, count % 1024, i), NOW + i * MS)[0].deflection for i, count in enumerate(counts)
+    ]
+    steps = [after - before for before, after in pairwise(travel)]
+    assert steps == pytest.approx([direction * 1e-3] * len(steps))
+
+
+def test_the_encoder_starts_within_the_travel_on_either_side_of_zero():
+    router = Router(FRAMES, DriverSettings())
+    assert router.add(transmission(20.0, 65531, 0), NOW)[0].deflection == pytest.approx(-5e-5)
+
+
+def test_a_frame_of_the_wrong_length_is_counted_and_gives_nothing():
+    router = Router(FRAMES, DriverSettings())
+    for length in (0, 3, 6, 8):
+        assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, data=bytes(length)), NOW) == []
+    assert router.counts()["transmission_1.wrong_length"] == 4
+
+
+def test_foreign_frames_are_counted_also_one_that_differs_only_in_the_identifiers_width():
+    router = Router(FRAMES, DriverSettings())
+    assert router.add(Frame(arbitration_id=0x7FF, is_extended_id=False), NOW) == []
+    assert router.add(Frame(arbitration_id=0x101, is_extended_id=True, data=bytes(7)), NOW) == []
+    assert router.counts()["foreign"] == 2
+
+
+def test_the_drivers_own_commands_are_not_foreign():
+    router = Router(FRAMES, DriverSettings())
+    assert router.add(Frame(arbitration_id=0x200, is_extended_id=False, data=bytes(8)), NOW) == []
+    assert router.counts()["foreign"] == 0
+
+
+def test_error_frames_are_counted_and_not_taken_for_data():
+    router = Router(FRAMES, DriverSettings())
+    assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, is_error_frame=True, data=bytes(7)), NOW) == []
+    assert router.counts()["error_frames"] == 1
+
+
+def test_a_remote_frame_is_no_sample():
+    router = Router(FRAMES, DriverSettings())
+    assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, is_remote_frame=True, dlc=7), NOW) == []
+    assert router.counts()["transmission_1.wrong_length"] == 1
+
+
+def test_gaps_and_repeated_frames_are_counted_per_transmission():
+    router = Router(FRAMES, DriverSettings())
+    for i, counter in enumerate((0, 1, 1, 5)):
+        router.add(transmission(20.0, 100, counter), NOW + i * MS)
+    counts = router.counts()
+    assert [counts[f"transmission_1.{name}"] for name in ("samples", "lost", "duplicates")] == [3, 3, 1]
+    assert counts["transmission_2.samples"] == 0
+
+
+def test_saturation_is_counted_and_the_sample_still_passed_on():
+    router = Router(FRAMES, DriverSettings())
+    assert len(router.add(transmission(200.0, 2100, 0), NOW)) == 1
+    counts = router.counts()
+    assert (counts["transmission_1.force_saturated"], counts["transmission_1.deflection_saturated"]) == (1, 1)
+
+
+def test_joint_and_motor_frames_become_samples():
+    router = Router(FRAMES, DriverSettings())
+    angle = (-250_000).to_bytes(3, "little", signed=True) + (12_345).to_bytes(3, "little", signed=True) + b"\0\0"
+    motor = (100_000).to_bytes(3, "little", signed=True) + (-5).to_bytes(3, "little", signed=True) + b"\x01\x00"
+    [joint] = router.add(Frame(arbitration_id=0x110, is_extended_id=False, data=angle), NOW)
+    [motors] = router.add(Frame(arbitration_id=0x120, is_extended_id=False, data=motor), NOW + 1)
+    assert joint == JointSample(NOW, pytest.approx(-0.25), pytest.approx(0.12345))
+    assert motors == MotorSample(NOW + 1, pytest.approx((1.0, -5e-5)), holding=True)
+
+
+def test_a_transmission_that_is_not_connected_is_foreign():
+    router = Router(FRAMES, replace(DriverSettings(), transmissions=("transmission_2",)))
+    assert router.add(transmission(20.0, 0, 0, number=1), NOW) == []
+    assert len(router.add(transmission(20.0, 0, 0, number=2), NOW)) == 1
+    assert router.foreign == 1
+
+
+@pytest.fixture
+def daq(other_daq):
+    return Router(load_frames(other_daq.dbc), other_daq)
+
+
+def forces(left, right):
+    return Frame(arbitration_id=0x18FF017E, is_extended_id=True, data=struct.pack(">hhi", left, right, 0))
+
+
+def positions(left, right):
+    return Frame(arbitration_id=32, is_extended_id=False, data=struct.pack("<ii", left, right))
+
+
+def test_force_and_encoder_of_two_messages_make_one_sample_with_the_stamp_of_the_first(daq):
+    assert daq.add(forces(1950, -300), NOW) == []
+    one, two = daq.add(positions(9000, -50), NOW + MS)
+    assert one == Sample("transmission_1", NOW, 0, pytest.approx(19.5), pytest.approx(0.009))
+    assert two == Sample("transmission_2", NOW, 0, pytest.approx(-3.0), pytest.approx(-5e-5))
+
+
+def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_mixed_with_the_next(daq):
+    daq.add(forces(1000, 0), NOW)
+    daq.add(forces(2000, 0), NOW + MS)
+    one, _ = daq.add(positions(9000, 0), NOW + 2 * MS)
+    assert (one.force, one.stamp_ns) == (pytest.approx(20.0), NOW + MS)
+    assert daq.counts()["transmission_1.incomplete"] == 1
+
+
+def test_a_value_beyond_the_range_that_the_dbc_gives_is_counted_and_dropped(daq):
+    daq.add(forces(30_001, 0), NOW)
+    assert [sample.transmission for sample in daq.add(positions(0, 0), NOW)] == ["transmission_2"]
+    assert daq.counts()["transmission_1.out_of_range"] == 1
+
+
+def test_commands_are_numbered_and_packed_as_the_dbc_says():
+    commands = CommandFrames(FRAMES, MotorSettings(scale=2.0))
+    first = commands.encode((1.0, -0.5))
+    number = int.from_bytes(first[6:], "little")
+    assert first[:6] == (50_000).to_bytes(3, "little", signed=True) + (-25_000).to_bytes(3, "little", signed=True)
+    assert int.from_bytes(commands.encode((0.0, 0.0))[6:], "little") == number + 1
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.sampled_from((0x101, 0x102, 0x110, 0x120, 5)), st.booleans(), st.binary(max_size=8)),
+        max_size=30,
+    )
+)
+def test_no_frame_raises_and_every_sample_is_finite(frames):
+    router = Router(FRAMES, DriverSettings())
+    for i, (identifier, extended, data) in enumerate(frames):
+        for sample in router.add(Frame(arbitration_id=identifier, is_extended_id=extended, data=data), NOW + i):
+            if isinstance(sample, Sample):
+                assert abs(sample.force) < 1e3
+                assert abs(sample.deflection) < 1e6
+    counts = router.counts()
+    taken = sum(
+        count
+        for name, count in counts.items()
+        if name.rsplit(".")[-1] in ("samples", "wrong_length", "foreign", "duplicates", "late", "implausible")
+    )
+    assert taken == len(frames)
+
+
+def test_a_transmission_settings_default_belongs_to_the_first():
+    assert TransmissionSettings() == DriverSettings().transmission("transmission_1")
+    assert DriverSettings().transmission("transmission_2").force_signal == "Transmission2.Force"

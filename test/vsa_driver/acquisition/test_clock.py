@@ -1,0 +1,73 @@
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from vsa_driver.acquisition.clock import CaptureClock
+
+SECOND = 1_000_000_000
+EPOCH = 1_800_000_000 * SECOND
+STEADY = 5_000 * SECOND
+
+
+def test_a_stamp_of_the_hosts_clock_passes_unchanged():
+    assert CaptureClock().epoch(1_800_000_000.25, EPOCH + SECOND // 2, STEADY) == EPOCH + SECOND // 4
+
+
+def test_an_adapter_without_stamps_gets_the_time_of_arrival():
+    clock = CaptureClock()
+    assert clock.epoch(0.0, EPOCH, STEADY) == EPOCH
+    assert clock.epoch(float("nan"), EPOCH + 7, STEADY) == EPOCH + 7
+
+
+def arrivals(drift, seconds=30.0, rate=500.0, seed=4):
+    """True capture times, the adapter's stamps of them, and when the host heard of them [s], 0.2 ms late at least."""
+    true = np.arange(0.0, seconds, 1 / rate)
+    delay = 2e-4 + np.random.default_rng(seed).exponential(3e-3, true.size)
+    return true, 17.0 + true * (1 + drift), true + delay
+
+
+def mapped(clock, stamps, heard, step_s=0.0, step_from=None):
+    now = heard + (0.0 if step_from is None else step_s * (heard > step_from))
+    return (
+        np.array(
+            [
+                clock.epoch(s, EPOCH + int(n * 1e9), STEADY + int(h * 1e9)) - EPOCH
+                for s, n, h in zip(stamps, now, heard, strict=True)
+            ]
+        )
+        / 1e9
+    )
+
+
+def test_an_adapter_that_counts_from_its_own_start_is_mapped_to_the_least_delay_and_followed_as_it_drifts():
+    for drift in (0.0, 1e-4, -1e-4):
+        true, stamps, heard = arrivals(drift)
+        epoch = mapped(CaptureClock(), stamps, heard)
+        settled = slice(1000, None)
+        late = (epoch - true)[settled]
+        assert np.all(epoch <= heard)
+        assert np.abs(late - 2e-4).max() < 4e-4  # the arrivals alone scatter by 20 ms
+
+
+def test_an_adapter_that_starts_anew_is_mapped_anew():
+    clock = CaptureClock()
+    true, stamps, heard = arrivals(0.0, seconds=4.0)
+    stamps[1000:] -= 18.9
+    epoch = mapped(clock, stamps, heard)
+    assert clock.restarts == 1
+    assert np.abs(epoch - true)[1100:].max() < 2e-3
+
+
+def test_stamps_follow_the_hosts_clock_when_it_is_set():
+    true, stamps, heard = arrivals(0.0, seconds=4.0)
+    epoch = mapped(CaptureClock(), stamps, heard, step_s=-5.0, step_from=2.0)
+    after = heard > 2.0
+    assert np.abs(epoch - true + 5.0)[after].max() < 1e-3
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(allow_nan=True, allow_infinity=True), max_size=30))
+def test_no_stamp_raises_or_maps_beyond_a_minute_into_the_future(stamps):
+    clock = CaptureClock()
+    for i, stamp in enumerate(stamps):
+        now = EPOCH + i * SECOND
+        assert clock.epoch(stamp, now, STEADY + i * SECOND) <= now + 60 * SECOND

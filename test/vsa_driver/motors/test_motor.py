@@ -1,0 +1,126 @@
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from vsa_driver.motors.motor import CommandRefused, MotorGate, MotorLimits
+
+LIMITS = MotorLimits(position_min=-2.0, position_max=3.0, speed_max=5.0, timeout=0.2)
+
+
+def armed_gate(at=(0.5, -0.25), now=100.0):
+    gate = MotorGate(LIMITS)
+    gate.measured(at, now)
+    gate.arm(now)
+    return gate
+
+
+def test_nothing_is_sent_before_arming():
+    gate = MotorGate(LIMITS)
+    gate.measured((0.0, 0.0), 0.0)
+    with pytest.raises(CommandRefused, match="not armed"):
+        gate.command((0.1, 0.1), 0.0)
+    assert gate.step(0.0) is None
+    assert (gate.state, gate.refused) == ("disarmed", 1)
+
+
+def test_the_first_command_after_arming_is_the_measured_position():
+    gate = armed_gate()
+    assert gate.step(100.0) == (0.5, -0.25)
+    assert gate.step(100.01) == (0.5, -0.25)
+
+
+def test_arming_without_a_fresh_position_is_refused():
+    gate = MotorGate(LIMITS)
+    with pytest.raises(CommandRefused, match="not being received"):
+        gate.arm(0.0)
+    gate.measured((0.0, 0.0), 10.0)
+    with pytest.raises(CommandRefused):
+        gate.arm(11.0)
+
+
+def test_a_far_command_is_approached_at_the_speed_limit_and_reached():
+    gate = armed_gate(at=(0.0, 0.0))
+    now, sent = 100.0, []
+    for _ in range(100):
+        now += 0.01
+        gate.command((1.0, -0.02), now)
+        sent.append(gate.step(now))
+    speeds = [(after[0] - before[0]) / 0.01 for before, after in pairwise(sent)]
+    assert max(speeds) <= 5.0 + 1e-6
+    assert sent[0][0] == pytest.approx(0.05)
+    assert sent[-1] == (1.0, -0.02)
+    assert gate.slowed == pytest.approx(20, abs=1)
+
+
+@pytest.mark.parametrize(
+    "wrong", [(3.01, 0.0), (0.0, -2.01), (math.nan, 0.0), (0.0, math.inf), (0.0,), (0.0, 0.0, 0.0)]
+)
+def test_a_command_that_is_not_finite_out_of_limits_or_of_another_length_is_refused_and_the_last_one_held(wrong):
+    gate = armed_gate(at=(0.0, 0.0))
+    gate.command((0.01, 0.01), 100.0)
+    assert gate.step(100.01) == (0.01, 0.01)
+    with pytest.raises(CommandRefused):
+        gate.command(wrong, 100.02)
+    assert gate.step(100.03) == (0.01, 0.01)
+    assert gate.refused == 1
+
+
+def test_a_silent_controller_ends_the_commands_and_a_new_one_goes_on_from_there():
+    gate = armed_gate(at=(0.0, 0.0))
+    gate.command((3.0, 0.0), 100.0)
+    gate.step(100.1)
+    last = gate.step(100.19)
+    assert gate.step(100.21) is None
+    assert (gate.state, gate.timeouts) == ("holding", 1)
+    assert gate.step(105.0) is None
+    gate.command((3.0, 0.0), 110.0)
+    assert gate.state == "armed"
+    assert gate.step(110.0)[0] - last[0] <= LIMITS.speed_max * LIMITS.timeout
+
+
+def test_a_refused_command_does_not_feed_the_watchdog():
+    gate = armed_gate()
+    for i in range(30):
+        with pytest.raises(CommandRefused):
+            gate.command((math.nan, 0.0), 100.0 + 0.01 * i)
+    assert gate.step(100.3) is None
+
+
+def test_disarming_stops_at_once_and_says_why_to_the_next_command():
+    gate = armed_gate()
+    gate.disarm("the bus failed")
+    assert gate.step(100.01) is None
+    with pytest.raises(CommandRefused, match="the bus failed"):
+        gate.command((0.0, 0.0), 100.01)
+    gate.measured((1.0, 1.0), 101.0)
+    gate.arm(101.0)
+    assert gate.step(101.0) == (1.0, 1.0)
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.sampled_from("mcasd"), st.floats(), st.floats(), st.floats(0.0, 1.0)), max_size=60))
+def test_whatever_comes_no_step_is_faster_than_the_limit_or_goes_further_out_of_bounds(events):
+    gate, now, last = MotorGate(LIMITS), 0.0, None
+    for kind, one, two, wait in events:
+        now += wait
+        try:
+            if kind == "m" and math.isfinite(one) and math.isfinite(two):
+                gate.measured((math.fmod(one, 2.0), math.fmod(two, 2.0)), now)
+            elif kind == "c":
+                gate.command((one, two), now)
+            elif kind == "a":
+                gate.arm(now)
+                last = None
+            elif kind == "d":
+                gate.disarm("test")
+        except CommandRefused:
+            pass
+        sent = gate.step(now)
+        if sent is not None:
+            assert all(LIMITS.position_min <= position <= LIMITS.position_max for position in sent)
+            if last is not None:
+                allowed = LIMITS.speed_max * LIMITS.timeout + 1e-9
+                assert all(abs(a - b) <= allowed for a, b in zip(sent, last, strict=True))
+            last = sent

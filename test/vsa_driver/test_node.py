@@ -1,0 +1,333 @@
+"""The driver as its own process, between real CAN frames on a multicast socket and a real ROS 2 subscriber."""
+
+import contextlib
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from rclpy.experimental import EventsExecutor
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+from vsa_common.ros.node import RELIABLE
+from vsa_common.stamps import nanoseconds
+from vsa_common.ros.throttle import PERIOD_NS
+from vsa_driver.can.bus import BusConfig, MalformedFrame, open_bus
+from vsa_driver.can.frames import RIG_DBC
+from vsa_msgs.msg import CaptureCounters
+
+pytestmark = pytest.mark.live
+
+DOMAIN = 20 + os.getpid() % 80
+PORT = 42000 + os.getpid() % 1000
+BUS = BusConfig(channel="239.74.163.88", options=("hop_limit=0", f"port={PORT}"))
+OPTIONS = f"bus.options:=['{BUS.options[0]}','{BUS.options[1]}']"
+NO_CAN = ("bus.interface:=socketcan", "bus.channel:=can_none", "bus.options:=['']")
+TOPICS = {
+    "transmission_1/force": WrenchStamped,
+    "transmission_1/encoder": JointState,
+    "transmission_1/capture_counters": CaptureCounters,
+    "transmission_2/force": WrenchStamped,
+    "transmission_2/encoder": JointState,
+    "joint_states": JointState,
+    "joint_states_throttle": JointState,
+    "external_torque": WrenchStamped,
+    "motor_states": JointState,
+}
+
+
+def start_driver(*parameters):
+    arguments = [word for parameter in parameters for word in ("-p", parameter)]
+    environment = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    return subprocess.Popen(
+        [sys.executable, "-m", "vsa_driver.node", "--ros-args", *arguments],
+        env=environment, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def signed(value, step):
+    return round(value / step).to_bytes(3, "little", signed=True)
+
+
+class Bench:
+    """The rig's side of the bus and a subscriber to everything that the driver says."""
+
+    def __init__(self):
+        self.bus = open_bus(BUS)
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        self.node = rclpy.create_node("bench", namespace="vsa", context=self.context)
+        self.executor = EventsExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.heard = {topic: [] for topic in TOPICS}
+        self.reports = []
+        self.number = -1
+        for topic, kind in TOPICS.items():
+            self.node.create_subscription(kind, topic, self.heard[topic].append, RELIABLE)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", lambda m: self.reports.append(m.status[0]), 10)
+        self.commands = self.node.create_publisher(JointState, "motor_commands", RELIABLE)
+        self.arm = self.node.create_client(SetBool, "driver/arm")
+        self.tare = self.node.create_client(Trigger, "driver/tare")
+
+    def sample(self, force=20.0, count=500, motors=(0.5, -0.25)):
+        """One sample of the rig: four frames."""
+        self.number += 1
+        number = struct.pack("<H", self.number % 65536)
+        for i in (1, 2):
+            self.bus.send(0x100 + i, signed(force * i, 1e-4) + struct.pack("<H", count + i) + number)
+        self.bus.send(0x110, signed(0.125, 1e-6) + signed(-0.75, 1e-5) + number)
+        self.bus.send(0x120, signed(motors[0], 1e-5) + signed(motors[1], 1e-5) + b"\0" + number[:1])
+
+    def until(self, true, send=True, timeout=10.0):
+        """Serve the subscriptions until something is so, sending samples as a device does: 200 Hz of its clock."""
+        due = time.monotonic()
+        end = due + timeout
+        while not true():
+            assert time.monotonic() < end, f"timeout; the last report: {self.reports[-1:]}"
+            self.serve(0.005)
+            while send and due <= time.monotonic():
+                self.sample()
+                due += 0.005
+
+    def serve(self, seconds):
+        """Serve the subscriptions for so long."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self.executor.spin_once(timeout_sec=left)
+
+    def call(self, client, request):
+        future = client.call_async(request)
+        self.until(future.done)
+        return future.result()
+
+    def sent_commands(self):
+        """Positions of the command frames on the bus so far."""
+        return [
+            tuple(int.from_bytes(frame.data[i : i + 3], "little", signed=True) * 1e-5 for i in (0, 3))
+            for frame in iter(self.receive, None)
+            if frame.arbitration_id == 0x200
+        ]
+
+    def receive(self):
+        """The next frame on the bus; None when there is none waiting."""
+        while True:
+            with contextlib.suppress(MalformedFrame):
+                return self.bus.receive(0.0)
+
+    def command(self, *positions):
+        self.commands.publish(JointState(name=["motor_1", "motor_2"], position=list(positions)))
+
+    def count(self, name):
+        """Value of a counter in the newest report."""
+        return int(next(value.value for value in self.reports[-1].values if value.key == name))
+
+    def close(self):
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+        self.bus.close()
+
+
+@pytest.fixture(scope="module")
+def driver():
+    process = start_driver(OPTIONS, f"bus.channel:={BUS.channel}")
+    yield process
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10.0) == 0
+    assert "Traceback" not in process.stderr.read()
+
+
+@pytest.fixture(scope="module")
+def bench(driver):
+    bench = Bench()
+    bench.until(
+        lambda: all(bench.heard.values()) and bench.arm.service_is_ready() and bench.tare.service_is_ready(),
+        timeout=60.0,
+    )
+    yield bench
+    bench.close()
+
+
+@pytest.fixture
+def fresh(bench):
+    """The bench with its ears empty and the motors disarmed."""
+    bench.call(bench.arm, SetBool.Request(data=False))
+    bench.serve(0.2)
+    bench.sent_commands()
+    for heard in bench.heard.values():
+        heard.clear()
+    return bench
+
+
+def test_every_sample_becomes_force_and_encoder_with_one_stamp_and_a_number(fresh):
+    first = fresh.number + 1
+    forces = [10.0 + 0.01 * i for i in range(400)]
+    for i, force in enumerate(forces):
+        fresh.sample(force, count=100 + i)
+        fresh.serve(0.001)
+    numbered = fresh.heard["transmission_1/capture_counters"]
+    fresh.until(lambda: sum(len(message.counter) for message in numbered) == len(forces), send=False)
+    force, encoder = fresh.heard["transmission_1/force"], fresh.heard["transmission_1/encoder"]
+    others = fresh.heard["transmission_2/force"]
+    fresh.until(lambda: min(map(len, (force, encoder, others))) == len(forces), send=False)  # one may be sent again
+    stamps = [nanoseconds(message.header.stamp) for message in force]
+    np.testing.assert_allclose([message.wrench.force.x for message in force], forces, atol=1e-9)
+    np.testing.assert_allclose([message.position[0] for message in encoder], (101 + np.arange(400)) * 1e-5, atol=1e-9)
+    np.testing.assert_allclose([message.wrench.force.x for message in others], 2 * np.array(forces))
+    assert stamps == [nanoseconds(message.header.stamp) for message in encoder]
+    assert np.all(np.diff(stamps) > 0)
+    assert abs(stamps[-1] - time.time_ns()) < 5e9
+    assert [nanoseconds(stamp) for message in numbered for stamp in message.stamp] == stamps
+    assert [n for message in numbered for n in message.counter] == list(range(first, first + 400))
+    assert {message.header.frame_id for message in force} == {"transmission_1"}
+
+
+def test_joint_and_motors_are_published_in_si(fresh):
+    fresh.until(lambda: all(fresh.heard[topic] for topic in ("joint_states", "external_torque", "motor_states")))
+    assert fresh.heard["joint_states"][0].position[0] == pytest.approx(0.125)
+    assert fresh.heard["external_torque"][0].wrench.torque.z == pytest.approx(-0.75)
+    motor = fresh.heard["motor_states"][0]
+    assert dict(zip(motor.name, motor.position, strict=True)) == pytest.approx({"motor_1": 0.5, "motor_2": -0.25})
+
+
+def test_viewers_get_the_angle_at_their_pace(fresh):
+    fresh.until(lambda: len(fresh.heard["joint_states_throttle"]) > 4)
+    stamps = [nanoseconds(message.header.stamp) for message in fresh.heard["joint_states_throttle"]]
+    fresh.until(lambda: nanoseconds(fresh.heard["joint_states"][-1].header.stamp) >= stamps[-1])
+    assert set(stamps) <= {nanoseconds(message.header.stamp) for message in fresh.heard["joint_states"]}
+    assert len({stamp // PERIOD_NS for stamp in stamps}) == len(stamps)
+
+
+def test_no_command_reaches_the_bus_before_arming_and_the_first_after_it_is_the_measured_position(fresh):
+    for _ in range(20):
+        fresh.command(0.5, 0.5)
+        fresh.serve(0.01)
+    assert fresh.sent_commands() == []
+    answer = fresh.call(fresh.arm, SetBool.Request(data=True))
+    assert answer.success, answer.message
+    commands = []
+    fresh.until(lambda: commands.extend(fresh.sent_commands()) or commands)
+    assert commands[0] == pytest.approx((0.5, -0.25))
+
+
+def test_an_armed_command_is_approached_at_the_speed_limit_and_a_wrong_one_is_not_followed(fresh):
+    fresh.call(fresh.arm, SetBool.Request(data=True))
+    commands, goal = [], (0.7, -0.3)
+    end = time.monotonic() + 5.0
+    while not commands or commands[-1] != pytest.approx(goal, abs=1e-5):
+        assert time.monotonic() < end
+        fresh.command(*goal)
+        fresh.command(float("nan"), 0.0)
+        fresh.command(11.0, 0.0)
+        fresh.sample()
+        fresh.serve(0.01)
+        commands += fresh.sent_commands()
+    assert commands[0][0] < goal[0]
+    assert np.max(np.diff([one for one, _ in commands])) <= 5.0 * 0.2 + 1e-4
+    assert all(0.5 - 1e-4 <= one <= 0.7 + 1e-4 for one, _ in commands)
+
+
+def test_commands_end_when_the_controller_falls_silent(fresh):
+    fresh.call(fresh.arm, SetBool.Request(data=True))
+    fresh.until(fresh.sent_commands)
+    quiet_from = time.monotonic() + 0.6
+    fresh.until(lambda: time.monotonic() > quiet_from)
+    fresh.sent_commands()
+    end = time.monotonic() + 0.3
+    fresh.until(lambda: time.monotonic() > end)
+    assert fresh.sent_commands() == []
+
+
+def test_tare_makes_the_resting_force_zero(fresh):
+    steady = time.monotonic() + 1.5
+    fresh.until(lambda: time.monotonic() > steady)
+    answer = fresh.call(fresh.tare, Trigger.Request())
+    assert answer.success, answer.message
+    fresh.heard["transmission_1/force"].clear()
+    fresh.until(lambda: fresh.heard["transmission_1/force"])
+    assert fresh.heard["transmission_1/force"][-1].wrench.force.x == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_is_wrong_on_the_bus_is_counted_and_reported(fresh):
+    fresh.until(lambda: len(fresh.reports) >= 1)
+    before = {name: fresh.count(name) for name in ("foreign", "transmission_1.wrong_length", "transmission_1.lost")}
+    for _ in range(7):
+        fresh.bus.send(0x7AB, b"\x01")
+    fresh.bus.send(0x101, b"\x01\x02\x03")
+    fresh.number += 5
+    fresh.until(
+        lambda: (
+            fresh.reports[-1].level == b"\x01" and fresh.count("transmission_1.lost") > before["transmission_1.lost"]
+        )
+    )
+    fresh.until(lambda: fresh.count("foreign") == before["foreign"] + 7)
+    assert fresh.count("transmission_1.wrong_length") == before["transmission_1.wrong_length"] + 1
+    assert fresh.count("transmission_1.lost") == before["transmission_1.lost"] + 5
+
+
+def test_a_flood_of_foreign_frames_and_garbage_costs_no_sample(fresh):
+    fresh.until(lambda: fresh.reports)
+    before = {name: fresh.count(name) for name in ("foreign", "malformed", "transmission_1.lost")}
+    fresh.heard["transmission_1/force"].clear()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        for i in range(200):
+            fresh.sample()
+            for k in range(20):  # five times the frames of a sample
+                fresh.bus.send(0x400 + k, bytes(8))
+            if i % 10 == 0:
+                stranger.sendto(b"no frame", (BUS.channel, PORT))
+            fresh.serve(0.005)
+    fresh.until(lambda: len(fresh.heard["transmission_1/force"]) >= 200, send=False)
+    fresh.until(lambda: fresh.count("malformed") == before["malformed"] + 20)
+    fresh.until(lambda: fresh.count("foreign") == before["foreign"] + 4000)
+    assert fresh.count("transmission_1.lost") == before["transmission_1.lost"]
+
+
+def test_a_silent_rig_is_an_error_that_names_the_transmissions_and_is_forgotten_when_it_speaks(fresh):
+    fresh.until(lambda: fresh.reports and fresh.reports[-1].level == b"\x02", send=False)
+    assert "transmission_1 and transmission_2" in fresh.reports[-1].message
+    fresh.until(lambda: fresh.reports[-1].level == b"\x00")
+
+
+def test_what_makes_a_start_impossible_is_said_in_one_line(tmp_path):
+    dbc = tmp_path / "lacking.dbc"
+    dbc.write_text(Path(RIG_DBC).read_text().replace("SG_ Force ", "SG_ Strain "))
+    malformed = tmp_path / "malformed.yaml"
+    malformed.write_text("driver:\n  ros__parameters:\n    dbc: [open\n")
+    cases = {
+        "transmission_1.force_signal": start_driver(OPTIONS, f"dbc:={dbc}"),
+        "cannot open CAN bus socketcan": start_driver(*NO_CAN),
+        "no such interface": start_driver("bus.interface:=nonsense"),
+        "motors.speed_max = -1.0 rad/s": start_driver("motors.speed_max:=-1.0"),
+        str(malformed): subprocess.Popen(
+            [sys.executable, "-m", "vsa_driver.node", "--ros-args", "--params-file", str(malformed)],
+            stderr=subprocess.PIPE, text=True,
+        ),
+    }  # fmt: skip
+    for words, process in cases.items():
+        _, said = process.communicate(timeout=60.0)
+        assert process.returncode == 1
+        assert words in said
+        assert len(said.strip().splitlines()) == 1, said
+
+
+def test_sigterm_ends_a_busy_driver_cleanly(bench):
+    process = start_driver(OPTIONS, f"bus.channel:={BUS.channel}", "silence:=1.0")
+    count = bench.node.count_publishers("/vsa/transmission_1/force")
+    bench.until(lambda: bench.node.count_publishers("/vsa/transmission_1/force") > count, timeout=20.0)
+    moment = time.monotonic() + 0.5
+    bench.until(lambda: time.monotonic() > moment)
+    process.terminate()
+    bench.until(lambda: process.poll() is not None)
+    assert process.returncode == 0
+    said = process.stderr.read().splitlines()  # a starved machine delays frames, and the driver says so
+    assert [line for line in said if "in the last second" not in line] == []

@@ -1,0 +1,247 @@
+"""Replay against samples handed to the same estimator by hand, and against files that are broken."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from rclpy.serialization import serialize_message
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from transmission_data import MULTISINE, TRANSMISSION_1, record
+from vsa_common.io import bags
+from vsa_common.io.tables import read_columns, write_columns
+from vsa_estimator.cli import replay as replay_tool
+from vsa_estimator.estimator import Estimator
+from vsa_estimator.offline.recordings import is_complete, read_recordings
+from vsa_estimator.cli.replay import FIELDS, main
+from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.output.estimate import ROW, Status, row_of
+
+SECONDS = 12.0
+COLUMNS = (
+    "stamp,deflection,velocity,acceleration,stiffness,stiffness_std,damping,damping_std,inertia,inertia_std,k2,k2_std,"
+    "d2,d2_std,force_offset,coulomb_friction,status,stiffness_valid,damping_valid,inertia_valid"
+)
+
+
+@pytest.fixture(autouse=True)
+def defaults_only(monkeypatch):
+    monkeypatch.setattr(replay_tool, "_installed_configuration", list)
+
+
+@pytest.fixture(scope="module")
+def samples():
+    return record(TRANSMISSION_1, MULTISINE, SECONDS)
+
+
+def write_csv(path: Path, data) -> Path:
+    write_columns(path, {"stamp": data.stamp_ns / 1e9, "force": data.force, "deflection": data.deflection})
+    return path
+
+
+def write_mcap(path: Path, data, close: bool = True) -> Path:
+    """A bag as the recorder writes it, force and encoder of both transmissions."""
+    recording = bags.Recording(path)
+    for side in (1, 2):
+        recording.add(f"/vsa/transmission_{side}/force", "geometry_msgs/msg/WrenchStamped")
+        recording.add(f"/vsa/transmission_{side}/encoder", "sensor_msgs/msg/JointState")
+    for stamp_ns, force, deflection in zip(data.stamp_ns.tolist(), data.force, data.deflection, strict=True):
+        for side in (1, 2):
+            wrench, encoder = messages(stamp_ns, force, deflection)
+            recording.write(f"/vsa/transmission_{side}/force", stamp_ns, serialize_message(wrench))
+            recording.write(f"/vsa/transmission_{side}/encoder", stamp_ns, serialize_message(encoder))
+    recording.flush()
+    if close:
+        recording.close()
+    return path
+
+
+def messages(stamp_ns: int, force: float, deflection: float, frame="transmission_1"):
+    wrench, encoder = WrenchStamped(), JointState(name=["rod"], position=[float(deflection)])
+    wrench.wrench.force.x = float(force)
+    for message in (wrench, encoder):
+        message.header.frame_id = frame
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
+    return wrench, encoder
+
+
+def by_hand(data):
+    estimator = Estimator(EstimatorConfig())
+    return [estimator.add(*sample) for sample in zip(
+        data.stamp_ns.tolist(), data.force.tolist(), data.deflection.tolist(), strict=True)]  # fmt: skip
+
+
+def assert_same(file: Path, estimates):
+    table = read_columns(file, COLUMNS.split(","))
+    for column, field in FIELDS.items():
+        expected = np.array([getattr(estimate, field) for estimate in estimates], float)
+        expected = np.sqrt(expected) if column.endswith("_std") else expected
+        np.testing.assert_allclose(table[column], expected, rtol=1e-12, atol=0.0, err_msg=column)
+
+
+def test_a_csv_gives_what_the_live_estimator_gives(tmp_path, samples):
+    assert main([str(write_csv(tmp_path / "run.csv", samples)), "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out/transmission_1.csv").read_text().splitlines()[0] == COLUMNS
+    assert_same(tmp_path / "out/transmission_1.csv", by_hand(samples))
+
+
+def test_a_bag_gives_what_the_live_estimator_gives(tmp_path, samples):
+    assert main([str(write_mcap(tmp_path / "bag", samples)), "--out", str(tmp_path / "out")]) == 0
+    for side in (1, 2):
+        assert_same(tmp_path / f"out/transmission_{side}.csv", by_hand(samples))
+    summary = json.loads((tmp_path / "out/summary.json").read_text())
+    assert summary["transmission_2"]["rows_used"] == summary["transmission_2"]["rows_read"] == len(samples.force)
+
+
+def test_samples_all_at_once_are_told_what_each_is_told_by_itself():
+    data = record(TRANSMISSION_1, MULTISINE, 40.0, rate=1000)
+    stamp_ns, force, deflection = data.stamp_ns.copy(), data.force.copy(), data.deflection.copy()
+    force[20_000] = deflection[21_000] = np.nan
+    force[22_000] += 5.0  # a spike
+    deflection[23_000:23_800] = deflection[23_000]  # stuck
+    stamp_ns[25_000] = stamp_ns[24_999]
+    stamp_ns[26_000:] += 400_000_000  # a gap
+    deflection[30_000:] += 2e-3  # a jump
+    stamp_ns[36_000:] -= 20_000_000_000  # and one of the clock
+    one, all_at_once = Estimator(EstimatorConfig()), Estimator(EstimatorConfig())
+    expected = [row_of(one.add(*sample)) for sample in zip(
+        stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True)]  # fmt: skip
+    ends = np.cumsum(np.random.default_rng(5).integers(1, 3000, 40))
+    parts = np.split(np.arange(len(force)), ends[ends < len(force)])
+    rows = np.concatenate([all_at_once.add_all(stamp_ns[part], force[part], deflection[part]) for part in parts])
+    np.testing.assert_array_equal(rows, np.array([np.broadcast_to(row, len(ROW)) for row in expected]))
+    assert np.isnan(rows[:, 0]).sum() == 3
+    assert {Status.CONVERGING, Status.VALID, Status.DEGRADED} <= set(rows[:, ROW.index("status")])
+    assert all_at_once.state() == one.state()
+    later_ns = int(stamp_ns[-1]) + 30_000_000
+    assert all_at_once.coast(later_ns) == one.coast(later_ns)
+
+
+def test_an_sqlite_bag_is_read_as_well(tmp_path, samples):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        topics = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState"}
+        connections = [
+            writer.add_connection(f"/rig/transmission_7/{name}", kind, typestore=store) for name, kind in topics.items()
+        ]
+        for stamp_ns, force, deflection in zip(
+            samples.stamp_ns.tolist(), samples.force, samples.deflection, strict=True
+        ):
+            for connection, message in zip(connections, messages(stamp_ns, force, deflection), strict=True):
+                writer.write(connection, stamp_ns, serialize_message(message))
+    (recording,) = read_recordings(tmp_path / "bag")
+    assert recording.transmission == "transmission_7"
+    np.testing.assert_array_equal(recording.force, samples.force)
+    np.testing.assert_array_equal(recording.deflection, samples.deflection)
+
+
+def test_a_bag_that_was_cut_off_is_replayed_and_reported(tmp_path, samples, capsys):
+    bag = write_mcap(tmp_path / "bag", samples, close=False)
+    assert not is_complete(bag)
+    assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
+    assert "cut off" in capsys.readouterr().err
+    with (tmp_path / "out/transmission_1.csv").open() as file:
+        assert sum(1 for _ in csv.reader(file)) == len(samples.force) + 1
+
+
+def test_bad_rows_are_dropped_and_accounted_for(tmp_path, samples):
+    stamp, force = samples.stamp_ns / 1e9, samples.force.copy()
+    stamp[100] = stamp[99]
+    stamp[201], stamp[200] = stamp[200], stamp[201]
+    force[300] = np.nan
+    write_columns(tmp_path / "run.csv", {"stamp": stamp, "force": force, "deflection": samples.deflection})
+    assert main([str(tmp_path / "run.csv"), "--out", str(tmp_path / "out")]) == 0
+    summary = json.loads((tmp_path / "out/summary.json").read_text())["transmission_1"]
+    assert (summary["rows_read"], summary["rows_dropped"]) == (len(stamp), 3)
+    table = read_columns(tmp_path / "out/transmission_1.csv", ["stamp", "stiffness"])
+    assert len(table["stamp"]) == len(stamp) - 3
+    assert np.all(np.diff(table["stamp"]) > 0.0)
+    assert np.isfinite(table["stiffness"]).all()
+
+
+def test_one_row_is_enough(tmp_path):
+    (tmp_path / "run.csv").write_text("stamp,force,deflection\n0.0,30.0,0.01\n")
+    assert main([str(tmp_path / "run.csv"), "--out", str(tmp_path / "out")]) == 0
+    table = read_columns(tmp_path / "out/transmission_1.csv", COLUMNS.split(","))
+    assert table["stamp"] == [0.0]
+    assert table["stiffness_valid"] == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("stamp,force\n0.0,1.0\n", "line 1"),
+        ("stamp,force,deflection\n", "line 2"),
+        ("stamp,force,deflection\n0.0,1.0,0.01\n0.1,abc,0.01\n", "line 3"),
+        ("stamp,force,deflection\n,1.0,0.01\n", "line 2"),
+        ("", "line 1"),
+    ],
+)
+def test_a_bad_file_gets_one_line_that_names_it(tmp_path, capsys, text, named):
+    (tmp_path / "bad.csv").write_text(text)
+    assert main([str(tmp_path / "bad.csv"), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "bad.csv" in error
+    assert named in error
+
+
+@pytest.mark.parametrize("name", ["nothing.csv", "nothing", "nothing.mcap", "notes.txt"])
+def test_a_missing_input_is_named(tmp_path, capsys, name):
+    assert main([str(tmp_path / name), "--out", str(tmp_path / "out")]) == 1
+    assert name in capsys.readouterr().err
+
+
+def test_a_wrong_transmission_is_told_which_there_are(tmp_path, samples, capsys):
+    bag = write_mcap(tmp_path / "bag", samples)
+    assert main([str(bag), "--transmission", "transmission_3", "--out", str(tmp_path / "out")]) == 1
+    assert "transmission_1, transmission_2" in capsys.readouterr().err
+
+
+def write_foreign(path: Path, kinds, data) -> Path:
+    recording = bags.Recording(path)
+    for (leaf, kind), one in zip(kinds.items(), data, strict=True):
+        recording.add(f"/vsa/transmission_1/{leaf}", kind)
+        recording.write(f"/vsa/transmission_1/{leaf}", 1, one)
+    recording.close()
+    return path
+
+
+def test_topics_of_our_names_and_other_types_are_not_taken_for_sensors(tmp_path, capsys):
+    kinds = {"force": "std_msgs/msg/String", "encoder": "std_msgs/msg/String"}
+    text = serialize_message(String(data="long enough to be read as a stamp, a name and some numbers behind it"))
+    bag = write_foreign(tmp_path / "bag", kinds, [text, text])
+    assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert (error.count("\n"), "WrenchStamped" in error) == (1, True)
+
+
+@pytest.mark.parametrize("length", [0, 1, 3, 30])
+def test_a_message_that_ends_too_early_is_one_line(tmp_path, capsys, length):
+    kinds = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState"}
+    wrench, encoder = map(serialize_message, messages(1_000_000_000, 1.0, 0.01))
+    bag = write_foreign(tmp_path / "bag", kinds, [wrench[:length], encoder])
+    assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert (error.count("\n"), "transmission_1/force: a message ends too early" in error) == (1, True)
+
+
+def test_a_parameter_file_lies_over_the_defaults(tmp_path):
+    (tmp_path / "mine.yaml").write_text(
+        "/**/estimator_2:\n  ros__parameters:\n    filter_rate: 50.0\n    initial:\n      k2: 165.6\n"
+    )
+    config = replay_tool.configuration("transmission_2", tmp_path / "mine.yaml")
+    assert (config.filter_rate, config.initial.k2, config.initial.d1) == (50.0, 165.6, 4000.0)
+    assert replay_tool.configuration("transmission_1", tmp_path / "mine.yaml").initial.k2 == 267.2
+
+
+def test_a_bad_parameter_is_refused(tmp_path, samples, capsys):
+    (tmp_path / "mine.yaml").write_text("estimator_1:\n  ros__parameters:\n    filter_rate: -5.0\n")
+    csv_file = write_csv(tmp_path / "run.csv", samples)
+    assert main([str(csv_file), "--config", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]) == 1
+    assert "filter_rate" in capsys.readouterr().err

@@ -1,0 +1,88 @@
+"""The noise and the liveliness of a stream, from the stream."""
+
+import numpy as np
+import pytest
+from vsa_estimator.filter.process_noise import MARGIN, JerkDensity
+from vsa_estimator.filter.measurement_noise import NoiseLevel
+
+
+def level(values, given=0.017, count=1):
+    noise = NoiseLevel(given, 0.0, 900)
+    for value in values:
+        noise.add(float(value), count)
+    return noise.refresh()
+
+
+@pytest.mark.parametrize("given", [0.006, 0.017, 0.05])
+def test_white_noise_is_measured_whatever_was_given(given):
+    t = np.arange(900) / 100.0
+    motion = 30.0 * np.sin(2.0 * np.pi * 0.2 * t)
+    rng = np.random.default_rng(1)
+    assert level(motion + 0.017 * rng.standard_normal(t.size), given) == pytest.approx(0.017, rel=0.1)
+
+
+def test_the_level_of_one_sample_is_measured_from_means_of_ten():
+    rng = np.random.default_rng(2)
+    means = 0.017 * rng.standard_normal((900, 10)).mean(axis=1)
+    assert level(means, count=10) == pytest.approx(0.017, rel=0.1)
+
+
+def test_single_spikes_count_for_little():
+    rng = np.random.default_rng(3)
+    values = 0.017 * rng.standard_normal(900)
+    values[::100] += 10.0
+    assert level(values) == pytest.approx(0.017, rel=0.35)
+
+
+def test_the_level_stays_within_a_quarter_and_four_times_of_what_was_given():
+    assert level(np.zeros(900)) == pytest.approx(0.017 / 4.0)
+    assert level(np.random.default_rng(4).standard_normal(900)) == pytest.approx(0.017 * 4.0)
+
+
+def test_friction_at_brisk_reversals_is_hardly_taken_for_noise():
+    rng = np.random.default_rng(1)
+    time, omega = 0.01 * np.arange(3000), 2.0 * np.pi * np.array([0.05, 0.7, 1.7])
+    speed = np.cos(time[:, None] * omega + np.array([0.0, 1.3, 2.6])) @ (omega * np.array([4e-3, 1.6e-4, 8e-5]))
+    noise = NoiseLevel(0.01, 0.0, 3000)
+    for force in 0.5 * np.tanh(speed / 5e-5) + 0.0054 * rng.standard_normal(time.size):
+        noise.add(force)
+    assert 0.0054 < noise.refresh() < 1.4 * 0.0054
+
+
+def followed_white_jerk(density):
+    rng = np.random.default_rng(5)
+    dt = 0.01
+    x = v = a = 0.0
+    jerk = JerkDensity()
+    for k in range(2000):
+        step = np.sqrt(density * dt) * rng.standard_normal()
+        x, v, a = x + dt * v + dt * dt / 2.0 * a, v + dt * a, a + step
+        jerk.add(x + 1e-5 * rng.standard_normal(), 1e-10, dt)
+        if k % 50 == 49:
+            jerk.refresh()
+    return jerk
+
+
+def test_the_jerk_density_of_a_simulated_white_jerk_is_found_within_a_factor_of_two():
+    jerk = followed_white_jerk(1e-3)
+    assert 5e-4 < jerk.likeliest < 2e-3
+    assert jerk.density == MARGIN * jerk.likeliest
+
+
+def test_jerk_densities_are_told_apart_between_the_candidates_of_the_bank():
+    found = [followed_white_jerk(density).likeliest for density in (1e-3, 1.5e-3, 2.2e-3)]
+    assert np.all(np.diff(found) > 0.0)
+    assert found[2] / found[0] == pytest.approx(2.2, rel=0.25)
+
+
+def test_a_livelier_motion_has_a_greater_jerk_density():
+    def density(frequency):
+        jerk = JerkDensity()
+        for k in range(600):
+            jerk.add(1e-3 * np.sin(2.0 * np.pi * frequency * k * 0.01), 1e-10, 0.01)
+            if k % 50 == 49:
+                jerk.refresh()
+        return jerk.density
+
+    slow, fast = density(0.05), density(2.0)
+    assert slow < fast / 100.0

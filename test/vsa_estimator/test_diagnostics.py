@@ -1,0 +1,47 @@
+"""What a node tells of samples that come after it has predicted on: stamps never go back, and each is counted."""
+
+import os
+import time
+
+import pytest
+import rclpy
+from vsa_estimator.node import EstimatorNode
+from vsa_estimator.output.estimate import Status
+
+pytestmark = pytest.mark.live
+
+DOMAIN = 20 + (os.getpid() + 70) % 80
+MS = 1_000_000
+
+
+@pytest.fixture
+def node(monkeypatch):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    rclpy.init(domain_id=DOMAIN)
+    node = EstimatorNode(transmission="transmission_1")
+    node.autostart()
+    yield node
+    node.close()
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_an_estimate_that_a_prediction_overtook_is_made_and_counted_but_not_told(node, monkeypatch):
+    told = []
+    monkeypatch.setattr(node, "on_estimate", told.append)
+    begin = time.time_ns() - 1000 * MS
+    for k in range(100):
+        node.take(begin + k * MS, 30.0, 0.01)
+    last = begin + 99 * MS
+    node.coast(80 * MS)
+    for late in (20, 60, 100):
+        node.take(last + late * MS, 30.0, 0.01)
+    stamps = [estimate.stamp_ns for estimate in told]
+    assert stamps == sorted(set(stamps))
+    assert stamps[-1] == last + 100 * MS
+    assert [estimate.stamp_ns for estimate in told if estimate.status is Status.STALE] == [
+        last + ahead * MS for ahead in (50, 60, 70, 80)
+    ]
+    values = node.health()[2]
+    assert values["samples_fused"] == 103
+    assert values["estimates_overtaken"] == 2

@@ -1,0 +1,182 @@
+"""Stiffness control closed over the simulated rig, with springs known exactly, or wrong by a stated amount."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from vsa_simulator.rig.config import RigConfig, TorqueConfig
+from vsa_simulator.rig.dynamics import TRUTH
+from vsa_simulator.rig.rig import Rig
+from vsa_joint.settings import ControlConfig
+from vsa_joint.control.controller import Live, Smoothed, StiffnessControl, Target
+from vsa_joint.impedance.reflection import Impedance, consistent
+from vsa_joint.control.springs import Spring
+
+COLUMN = {name: index for index, name in enumerate(TRUTH)}
+
+
+def rig_config():
+    rig = RigConfig()
+    return replace(
+        rig,
+        transmission_2=replace(rig.transmission_2, coulomb_friction=0.5),
+        torque=TorqueConfig(amplitudes=(0.0,), frequencies=(1.0,), phases=(0.0,)),
+        profile=replace(rig.profile, kind="hold", centre=0.009),
+    )
+
+
+class Loop:
+    """Rig and controller at 100 Hz; `k2_error` is what the estimators have wrong, `second` is of transmission_2."""
+
+    def __init__(self, k2_error=0.0, second=None, **config):
+        rig = rig_config()
+        self.rig = Rig(replace(rig, transmission_2=replace(rig.transmission_2, **(second or {}))))
+        self.control = StiffnessControl(ControlConfig(**config))
+        self.springs = tuple(
+            Spring(
+                0.01, math.log(c.k1 * c.k2 * math.exp(c.k2 * 0.01)), c.k2 * (1.0 + k2_error), c.force_offset,
+                k2_variance=(0.03 * c.k2) ** 2, damping=c.d1, peak_speed=math.sqrt(c.d1 / (-3.0 * c.d2)),
+            )
+            for c in (self.rig.config.transmission_1, self.rig.config.transmission_2)
+        )  # fmt: skip
+        self.rows = []
+        self.read()
+        self.control.engage(self.live)
+
+    def read(self):
+        samples = self.rig.advance(10)
+        row = samples.truth[-1]
+        true = [
+            Impedance(*(row[COLUMN[f"{name}_{n}"]] for name in ("stiffness", "damping", "inertia"))) for n in (1, 2)
+        ]
+        deflections = [row[COLUMN[f"deflection_{n}"]] for n in (1, 2)]
+        known = tuple(
+            replace(rod, stiffness=spring.stiffness_at(x))
+            for rod, spring, x in zip(true, self.springs, deflections, strict=True)
+        )
+        estimate = consistent(known, self.control.joint)
+        self.live = Live(
+            float(samples.readings.angle[-1]), tuple(0.5 * samples.readings.forces[-1]), estimate.stiffness,
+            estimate.damping, (row[COLUMN["motor_1"]], row[COLUMN["motor_2"]]), self.springs,
+        )  # fmt: skip
+        stiffness = consistent(tuple(true), self.control.joint).stiffness
+        self.rows.append((stiffness, row[COLUMN["angle"]], row[COLUMN["force_1"]], row[COLUMN["force_2"]]))
+
+    def run(self, seconds, stiffness, equilibrium=0.0, push=lambda t: 0.0):
+        first = len(self.rows)
+        for k in range(round(100 * seconds)):
+            self.rig.command(*self.control.step(Target(equilibrium, stiffness), self.live))
+            self.rig.push = push(0.01 * k)
+            self.read()
+        return np.array(self.rows[first:])
+
+
+def settled_after(rows, stiffness):
+    off = np.nonzero(np.abs(rows[:, 0] / stiffness - 1.0) > 0.05)[0]
+    return 0.01 * (off[-1] + 1) if len(off) else 0.0
+
+
+def test_the_first_command_is_where_the_motors_are():
+    loop = Loop()
+    target = Target(loop.control.equilibrium, loop.live.stiffness)
+    assert loop.control.step(target, loop.live) == pytest.approx(loop.live.motors, abs=0.02)
+
+
+def test_steps_by_two_settle_within_a_second_and_leave_the_equilibrium():
+    loop = Loop()
+    loop.run(3.0, 1.0)
+    for stiffness in (2.0, 4.0, 2.0, 1.0, 0.5):
+        rows = loop.run(4.0, stiffness)
+        assert settled_after(rows, stiffness) <= 1.0
+        assert np.abs(rows[:, 1]).max() <= 0.030
+        assert np.abs(rows[-200:, 1]).max() <= 0.006
+        assert rows[:, 2:].min() > 5.0
+        assert rows[:, 2:].max() < 190.0
+
+
+@pytest.mark.parametrize(
+    ("second", "config"),
+    [
+        ({"force_offset": 12.0, "k1": 2.0, "k2": 220.0, "d1": 2500.0, "d2": -5e7}, {}),
+        ({"d1": 2500.0}, {}),
+        ({"tendon_stiffness": 2e4}, {"tendon_stiffness": (1e5, 2e4)}),
+    ],
+)
+def test_sides_that_differ_do_not_swing_the_joint(second, config):
+    loop = Loop(second=second, **config)
+    loop.run(4.0, 1.0)
+    for stiffness in (0.5, 4.0, 0.5, 1.0):
+        rows = loop.run(5.0, stiffness)
+        assert np.abs(rows[:, 1]).max() <= 0.030
+        assert np.abs(rows[-150:, 1]).max() <= 0.010
+        assert settled_after(rows, stiffness) <= 2.5
+
+
+def test_a_step_by_eight_settles_within_two_and_a_half_seconds():
+    loop = Loop()
+    loop.run(4.0, 0.5)
+    for stiffness in (4.0, 0.5):
+        assert settled_after(loop.run(5.0, stiffness), stiffness) <= 2.5
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 1.0, 4.0])
+def test_the_joint_feels_as_stiff_as_commanded(stiffness):
+    loop = Loop()
+    loop.run(4.0, stiffness)
+    torque, angles = 0.1 * stiffness, []
+    for sign in (1.0, -1.0):
+        rows = loop.run(14.0, stiffness, push=lambda t, sign=sign: sign * torque * min(1.0, 0.5 * t))
+        angles.append(rows[-200:, 1].mean())
+    assert 2.0 * torque / (angles[0] - angles[1]) == pytest.approx(stiffness, rel=0.1)
+
+
+def test_an_angle_is_gone_to_and_held():
+    loop = Loop()
+    loop.run(2.0, 1.0)
+    rows = loop.run(4.0, 1.0, equilibrium=0.15)
+    assert rows[-100:, 1] == pytest.approx(0.15, abs=0.006)
+    assert rows[-100:, 0] == pytest.approx(1.0, rel=0.05)
+
+
+def test_springs_three_percent_wrong_cost_the_stiffness_a_few_percent():
+    loop = Loop(k2_error=0.03)
+    rows = loop.run(5.0, 2.0)
+    assert rows[-100:, 0] == pytest.approx(2.0, rel=0.06)
+
+
+def test_what_cannot_be_reached_is_refused_with_what_can():
+    loop = Loop()
+    judgement = loop.control.judge(Target(0.0, 9.0), loop.live)
+    assert not judgement.accepted
+    assert "within reach: 0.30" in judgement.text
+    assert judgement.within.stiffness_max < 9.0
+    assert not loop.control.judge(Target(0.0, math.nan), loop.live).accepted
+    assert not loop.control.judge(Target(3.0, 1.0), loop.live).accepted
+
+
+def test_an_uncertain_k2_warns_and_then_refuses():
+    loop = Loop(error_warn=0.01)
+    assert "known to" in loop.control.judge(Target(0.0, 4.0), loop.live).text
+    loop = Loop(error_warn=0.005, error_max=0.01)
+    assert not loop.control.judge(Target(0.0, 4.0), loop.live).accepted
+
+
+def test_dither_moves_the_rods_within_its_limit_and_leaves_the_joint():
+    loop = Loop(dither_amplitude=4e-4, dither_error=0.001)
+    loop.run(4.0, 1.0)
+    deflections, angles = [], []
+    for _ in range(10):
+        rows = loop.run(1.0, 1.0)
+        deflections += [spring.deflection(f) for spring, f in zip(loop.springs[:1] * 100, rows[:, 2], strict=True)]
+        angles += list(rows[:, 1])
+    assert loop.control.exciting
+    assert 3e-4 < 0.5 * np.ptp(deflections) < 6e-4
+    assert np.abs(angles).max() < 0.01
+
+
+def test_smoothing_is_critically_damped():
+    smoothed = Smoothed(0.0)
+    values = [smoothed.step(1.0, 0.1, 0.01) for _ in range(200)]
+    time = 0.01 * np.arange(1, 201)
+    assert values == pytest.approx(1.0 - (1.0 + time / 0.1) * np.exp(-time / 0.1))

@@ -1,0 +1,99 @@
+"""Derivatives by complex step, variances by Monte Carlo."""
+
+import numpy as np
+import pytest
+from vsa_joint.impedance.propagation import Rod, RouteStd, consistent_branch, paper_branch, reflect
+from vsa_joint.impedance.reflection import Impedance, Joint, Route, consistent, inertia_terms, paper, valid_frequency
+
+R, SHAFT = 0.0215, {"damping": 0.01, "inertia": 1e-3}
+BRANCHES = {"consistent": (consistent_branch, consistent), "paper": (paper_branch, paper)}
+
+
+def reflected(values, kind):
+    """K, D, J from [sigma D M] of both sides, tendon stiffness and radius, by the plain formulas."""
+    s1, d1, m1, s2, d2, m2, tendon, radius = values
+    joint = Joint((Route(radius, tendon), Route(radius, 0.8 * tendon)), **SHAFT)
+    z = BRANCHES[kind][1]((Impedance(s1, d1, m1), Impedance(s2, d2, m2)), joint)
+    return np.array([z.stiffness, z.damping, z.inertia])
+
+
+@pytest.mark.parametrize("kind", ["consistent", "paper"])
+def test_derivatives_agree_with_the_complex_step(kind):
+    point = np.array([2300.0, 4000.0, 0.3755, 2770.0, 3100.0, 0.2295, 1e5, R], dtype=complex)
+    for side in (0, 1):
+        rod = Rod(*(point[3 * side : 3 * side + 3].real))
+        branch = BRANCHES[kind][0](rod, Route(R, 1e5 if side == 0 else 0.8e5))
+        for column in range(3):
+            step = point.copy()
+            step[3 * side + column] += 1e-30j
+            by_step = reflected(step, kind).imag / 1e-30
+            given = [branch[1][column], branch[3][column], branch[5][column]]
+            assert given == pytest.approx(list(by_step), rel=1e-9, abs=1e-30)
+    for column, scales in ((6, (1.0, 0.8)), (7, (1.0, 1.0))):
+        step = point.copy()
+        step[column] += 1e-30j
+        by_step = reflected(step, kind).imag / 1e-30
+        total = np.zeros(3)
+        for side in (0, 1):
+            branch = BRANCHES[kind][0](Rod(*(point[3 * side : 3 * side + 3].real)), Route(R, (1e5, 0.8e5)[side]))
+            total += scales[side] * np.array([branch[1][column - 3], branch[3][column - 3], branch[5][column - 3]])
+        assert total == pytest.approx(by_step, rel=1e-9, abs=1e-30)
+
+
+@pytest.mark.parametrize("kind", ["consistent", "paper"])
+def test_plain_and_propagated_reflection_are_one(kind):
+    values = (2300.0, 4000.0, 0.3755, 2770.0, 3100.0, 0.2295, 1e5, R)
+    joint = Joint((Route(R, 1e5), Route(R, 0.8e5)), **SHAFT)
+    rods = (Rod(*values[:3]), Rod(*values[3:6]))
+    got = reflect(rods, joint, (RouteStd(), RouteStd()), BRANCHES[kind][0])
+    assert [got.stiffness, got.damping, got.inertia] == pytest.approx(list(reflected(values, kind)), rel=1e-12)
+    plain = (Impedance(*values[:3]), Impedance(*values[3:6]))
+    assert (got.mass_term, got.maxwell_term) == pytest.approx(inertia_terms(plain, joint))
+    assert got.valid_frequency == pytest.approx(valid_frequency(plain, joint))
+    assert got.stiffness_variance == got.damping_variance == got.inertia_variance == 0.0
+
+
+def monte_carlo(relative, correlation, tendon_std, radius_std, tendon):
+    """Standard deviations of K, D, J: sampled, and propagated."""
+    generator = np.random.default_rng(7)
+    mean = np.array([2300.0, 4000.0, 0.3755, 2770.0, 3100.0, 0.2295])
+    std = mean * np.tile(relative, 2)
+    covariance = np.diag(std**2)
+    for offset in (0, 3):
+        for a, b, rho in ((0, 1, correlation), (0, 2, -correlation), (1, 2, -0.5 * correlation)):
+            covariance[offset + a, offset + b] = covariance[offset + b, offset + a] = (
+                rho * std[offset + a] * std[offset + b]
+            )
+    rods = generator.multivariate_normal(mean, covariance, 100_000).T
+    tendons = generator.normal(tendon, tendon_std, 100_000)
+    radii = generator.normal(R, radius_std, 100_000)
+    values = reflected((*rods, tendons, radii), "consistent")
+    sides = []
+    for offset in (0, 3):
+        c = covariance[offset : offset + 3, offset : offset + 3]
+        sides.append(Rod(*mean[offset : offset + 3], *np.diag(c), c[0, 1], c[0, 2], c[1, 2]))
+    joint = Joint((Route(R, tendon), Route(R, 0.8 * tendon)), **SHAFT)
+    errors = (RouteStd(radius_std, tendon_std), RouteStd(radius_std, 0.8 * tendon_std))
+    got = reflect((sides[0], sides[1]), joint, errors, consistent_branch)
+    return values.std(axis=1), np.sqrt([got.stiffness_variance, got.damping_variance, got.inertia_variance])
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+def test_variances_of_stiffness_and_damping_hold_with_inputs_known_to_ten_percent(correlation):
+    sampled, propagated = monte_carlo((0.1, 0.1, 0.1), correlation, 1e4, 0.05 * R, 1e5)
+    assert propagated[:2] == pytest.approx(sampled[:2], rel=0.05)
+
+
+def test_variance_of_inertia_holds_with_damping_to_five_and_tendon_to_ten_percent():
+    sampled, propagated = monte_carlo((0.1, 0.05, 0.1), 0.0, 1e4, 0.02 * R, 1e5)
+    assert propagated[2] == pytest.approx(sampled[2], rel=0.05)
+    sampled, propagated = monte_carlo((0.1, 0.05, 0.1), 0.0, 0.02 * 2e4, 0.02 * R, 2e4)
+    assert propagated[2] == pytest.approx(sampled[2], rel=0.05)
+
+
+def test_one_error_of_the_tendon_moves_both_sides_together():
+    rods = (Rod(2300.0, 4000.0, 0.3755), Rod(2300.0, 4000.0, 0.3755))
+    joint = Joint((Route(R, 1e5), Route(R, 1e5)))
+    both = reflect(rods, joint, (RouteStd(0, 1e4), RouteStd(0, 1e4)), consistent_branch)
+    one = reflect(rods, joint, (RouteStd(0, 1e4), RouteStd()), consistent_branch)
+    assert both.stiffness_variance == pytest.approx(4.0 * one.stiffness_variance)

@@ -1,0 +1,142 @@
+"""The rig on a bus in real time: what it sends, obeys and writes down."""
+
+import csv
+import threading
+
+import numpy as np
+import pytest
+from vsa_driver.can.bus import Bus, BusConfig, BusError, open_bus
+from vsa_driver.can.frames import RIG_DBC, FrameSet
+from vsa_simulator.rig.config import MotorConfig, RigConfig
+from vsa_simulator.rig.rig import Rig
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.loop import RigLoop
+from vsa_simulator.ground_truth import HEADER, TruthFile
+
+pytestmark = pytest.mark.live
+
+FRAMES = FrameSet(RIG_DBC)
+RATE = 500
+BUS = BusConfig(channel="239.74.163.71", options=("hop_limit=0", "port=43871"))
+
+
+def run(tmp_path, samples, during=lambda bus: None, sender=None, config=None):
+    """Frames on the bus and rows of the truth file of a run of `samples` samples."""
+    path, heard = tmp_path / "truth.csv", []
+    config = config or RigConfig(rate_hz=RATE)
+    Rig(config).advance(1)
+    with open_bus(BUS) as listener:
+        loop = RigLoop(Rig(config), sender or open_bus(BUS), RigFrames(FRAMES), 5, samples, TruthFile(path))
+        loop.open()
+        loop.start_clock()
+        during(listener)
+        while not loop.done:
+            frame = listener.receive(0.1)
+            if frame is not None:
+                heard.append(frame)
+        loop.close()
+        while (frame := listener.receive(0.05)) is not None:
+            heard.append(frame)
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    return loop, heard, rows
+
+
+def decoded(heard, name):
+    message = FRAMES.message(name)
+    return [message.decode(bytes(frame.data)) for frame in heard if frame.arbitration_id == message.id]
+
+
+@pytest.fixture(scope="module")
+def quiet_run(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("rig"), 300)
+
+
+def test_every_sample_has_a_frame_of_each_transmission_and_a_row_of_truth(quiet_run):
+    loop, heard, rows = quiet_run
+    for name in ("Transmission1", "Transmission2"):
+        assert [frame["RollingCounter"] for frame in decoded(heard, name)] == list(range(300))
+    assert [int(row["sample"]) for row in rows] == list(range(300))
+    assert tuple(rows[0]) == HEADER
+    assert (loop.sent, loop.done, loop.send_failures) == (300, True, 0)
+
+
+def test_the_frames_carry_what_the_truth_says(quiet_run):
+    _, heard, rows = quiet_run
+    for side in (1, 2):
+        frames = decoded(heard, f"Transmission{side}")
+        force = np.array([frame["Force"] for frame in frames]) - [float(row[f"force_{side}"]) for row in rows]
+        deflection = np.array([frame["EncoderCount"] * 1e-5 for frame in frames])
+        deflection -= [float(row[f"deflection_{side}"]) for row in rows]
+        assert np.abs(force).max() < 5 * 0.017  # noise of the sensor
+        assert np.abs(deflection).max() < 6e-5
+    angles = [frame["Angle"] for frame in decoded(heard, "Joint")]
+    np.testing.assert_allclose(angles, [float(row["angle"]) for row in rows[::5]], atol=6e-4)
+    motors = [frame["Position1"] for frame in decoded(heard, "MotorState")]
+    np.testing.assert_allclose(motors, [float(row["motor_1"]) for row in rows[::5]], atol=1e-5)
+
+
+def test_the_frames_keep_the_rate(quiet_run):
+    _, heard, _ = quiet_run
+    stamps = np.array([frame.timestamp for frame in heard if frame.arbitration_id == 0x101])
+    ideal = np.arange(300) / RATE
+    assert np.median(stamps - stamps[0] - ideal) == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_command_from_the_bus_moves_the_motors_and_its_end_holds_them(tmp_path):
+    command = FRAMES.message("MotorCommand")
+
+    def during(bus):
+        for number in range(3):
+            bus.send(command.id, command.encode({"Position1": 2.5, "Position2": 1.0, "RollingCounter": number}))
+
+    config = RigConfig(rate_hz=RATE, motors=MotorConfig(watchdog=0.2))
+    loop, heard, rows = run(tmp_path, 300, during, config=config)
+    assert loop.commands == 3
+    holding = [frame["WatchdogHolding"] for frame in decoded(heard, "MotorState")]
+    assert holding[0] == 0
+    assert holding[-1] == 1
+    assert float(rows[-1]["motor_1"]) == pytest.approx(2.5, abs=0.01)
+    assert float(rows[-1]["motor_2"]) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_command_frame_that_is_too_short_is_counted_and_moves_nothing(tmp_path):
+    loop, _, rows = run(tmp_path, 50, lambda bus: bus.send(0x200, b"\x01\x02"))
+    assert (loop.commands, loop.bad_frames) == (0, 1)
+    assert float(rows[-1]["motor_1"]) == pytest.approx(float(rows[0]["motor_1"]), abs=0.01)
+
+
+class DeadBus(Bus):
+    """A bus that takes and gives nothing, as an interface that went down."""
+
+    def __init__(self):
+        self.name = "dead"
+
+    def send(self, *_, **__):
+        raise BusError("dead: bus-off")
+
+    def receive(self, timeout=0.0):
+        raise BusError("dead: bus-off")
+
+    def close(self):
+        pass
+
+
+def test_a_dead_bus_is_counted_and_the_rig_goes_on(tmp_path):
+    loop, heard, rows = run(tmp_path, 50, sender=DeadBus())
+    assert (len(rows), heard) == (50, [])
+    assert loop.send_failures == 2 * 50 + 2 * 10
+    assert loop.reason == "dead: bus-off"
+
+
+def test_the_clock_stands_until_it_is_started_and_stops_when_told(tmp_path):
+    with TruthFile(tmp_path / "t.csv") as truth:
+        loop = RigLoop(Rig(RigConfig(rate_hz=RATE)), open_bus(BUS), RigFrames(FRAMES), 5, None, truth)
+        loop.open()
+        assert (loop.running, loop.sent) == (False, 0)
+        with open_bus(BUS) as listener:
+            loop.start_clock()
+            assert listener.receive(2.0) is not None
+            loop.stop_clock()
+        loop.close()
+    assert not any(thread.name == "rig" for thread in threading.enumerate())

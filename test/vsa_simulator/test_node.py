@@ -1,0 +1,142 @@
+"""The simulated rig as its own process: real frames, real services, real signals."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from services import answer_of
+from std_srvs.srv import Trigger
+from vsa_driver.can.bus import BusConfig, open_bus
+from vsa_driver.can.frames import RIG_DBC, FrameSet
+from vsa_msgs.srv import InjectFailure
+
+pytestmark = pytest.mark.live
+
+DOMAIN = 20 + os.getpid() % 80
+BUS = BusConfig(channel="239.74.163.72", options=("hop_limit=0", f"port={40000 + os.getpid() % 1000}"))
+READ = FrameSet(RIG_DBC).message("Transmission1").reader("Force", "RollingCounter")
+
+
+def start(*parameters):
+    words = [f"bus.channel:={BUS.channel}", f"bus.options:=['{BUS.options[0]}','{BUS.options[1]}']", *parameters]
+    arguments = [word for parameter in words for word in ("-p", parameter)]
+    return subprocess.Popen(
+        [sys.executable, "-m", "vsa_simulator.node", "--ros-args", *arguments],
+        env=os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+class Bench:
+    """A listener on the bus and a client of the rig's services."""
+
+    def __init__(self):
+        self.bus = open_bus(BUS)
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        self.node = rclpy.create_node("bench", namespace="vsa", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def call(self, kind, name, **fields):
+        return answer_of(self.node, self.until, kind, f"rig_simulator/{name}", kind.Request(**fields))
+
+    def until(self, true):
+        end = time.monotonic() + 60.0
+        while not true():
+            assert time.monotonic() < end, "timeout"
+            self.executor.spin_once(timeout_sec=0.01)
+
+    def samples(self, until):
+        """(force, counter) of transmission 1 until `until` of one is true, for at most 60 s."""
+        heard, end = [], time.monotonic() + 60.0
+        while time.monotonic() < end:
+            frame = self.bus.receive(0.5)
+            if frame is not None and frame.arbitration_id == 0x101:
+                heard.append(READ(bytes(frame.data)))
+                if until(heard[-1]):
+                    return heard
+        raise AssertionError(f"nothing of the kind among {len(heard)} samples")
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.shutdown()
+        self.bus.close()
+
+
+@pytest.fixture(scope="module")
+def bench():
+    bench = Bench()
+    yield bench
+    bench.close()
+
+
+def test_a_run_of_the_rig_with_its_clock_failures_and_end(bench, tmp_path):
+    truth, scenario = tmp_path / "truth.csv", tmp_path / "scenario.yaml"
+    scenario.write_text("- {at: 0.2, failure: force wrong -i 1 -v 100 -t 0.1}\n")
+    rig = start("rate_hz:=200", f"truth_file:={truth}", f"scenario:={scenario}", "autostart_clock:=false")
+    try:
+        assert bench.call(Trigger, "start").success
+        heard = bench.samples(lambda sample: sample[1] >= 80)
+        assert [counter for _, counter in heard] == list(range(heard[-1][1] + 1))  # nothing before the clock, no gap
+        assert [counter for force, counter in heard if force > 100.0] == list(range(40, 60))
+
+        refused = bench.call(InjectFailure, "failure", failure="force brocken")
+        assert not refused.success
+        assert "no failure type 'brocken'" in refused.message
+        injected = bench.call(InjectFailure, "failure", failure="failure force off -i 1 -t 0.1")
+        assert (injected.success, injected.message) == (True, "force off -i 1 -t 0.1")
+        heard = bench.samples(lambda sample: sample[0] == 0.0)
+        heard += bench.samples(lambda sample: sample[0] != 0.0)
+        assert sum(force == 0.0 for force, _ in heard) == 20
+
+        assert bench.call(Trigger, "stop").message.startswith("clock stopped at sample ")
+    finally:
+        rig.send_signal(signal.SIGINT)
+        errors = rig.communicate(timeout=20)[1]
+    assert rig.returncode == 0
+    assert "Traceback" not in errors
+    assert "failure force wrong -i 1 -t 0.1 -v 100 from sample 40, 0.200 s" in errors
+    lines = truth.read_text().splitlines()
+    while (frame := bench.bus.receive(0.1)) is not None:
+        if frame.arbitration_id == 0x101:
+            heard.append(READ(bytes(frame.data)))
+    assert len(lines) - 1 == heard[-1][1] + 1  # a row for every sample that was sent
+    assert lines[-1].startswith(f"{heard[-1][1]},")
+
+
+def test_a_rig_with_a_duration_stands_idle_after_it_and_ends_by_sigterm(bench, tmp_path):
+    truth = tmp_path / "truth.csv"
+    rig = start("rate_hz:=200", "duration:=0.5", f"truth_file:={truth}")
+    try:
+        bench.samples(lambda sample: sample[1] == 99)
+        assert next(line for line in rig.stderr if "done: " in line).split("done: ")[1].startswith("100 samples, ")
+        rest = [frame.arbitration_id for frame in iter(lambda: bench.bus.receive(0.2), None)]
+        assert set(rest) <= {0x102}  # of the last sample
+        assert rig.poll() is None
+    finally:
+        rig.send_signal(signal.SIGTERM)
+        errors = rig.communicate(timeout=20)[1]
+    assert (rig.returncode, errors) == (0, "")
+    assert len(truth.read_text().splitlines()) == 101
+
+
+def test_a_rig_that_cannot_start_says_why_in_one_line():
+    reasons = {
+        "transmission_2.k2:=-1.0": "transmission_2.k2 = -1.0 1/m: must be within 20.0 to 1000.0 1/m",
+        "bus.interface:=nonsense": "cannot open CAN bus nonsense",
+        "truth_file:=/nowhere/t.csv": "truth_file = '/nowhere/t.csv': No such file or directory",
+        "scenario:=/nowhere.yaml": "scenario = '/nowhere.yaml': ",
+    }
+    for rig, reason in [(start(parameter), reason) for parameter, reason in reasons.items()]:
+        lines = [line for line in rig.communicate(timeout=120)[1].splitlines() if "[ERROR]" not in line]
+        assert rig.returncode == 1
+        assert len(lines) == 1
+        assert reason in lines[0]

@@ -1,0 +1,137 @@
+"""The parameter file of a run: what it changes is changed, all else is the paper's rig."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from vsa_tools.demo.command import clear, write_run
+from vsa_tools.demo.isolation import claim_corner
+from vsa_bench.harness.deployment import REST_S, Case, write_case
+from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario
+from vsa_tools.demo.parameters import base_parameters, lay_over, write_parameters
+from vsa_common.config.configuration import load
+from vsa_simulator.node import SimulatorConfig
+from vsa_driver.settings import DriverSettings
+from vsa_estimator.settings import NodeConfig
+
+
+def options(folder: Path, seed: int = 3) -> argparse.Namespace:
+    return argparse.Namespace(duration=12.0, rate=250, seed=seed, out=folder, view=False, scenario="")
+
+
+@pytest.fixture
+def parameters(tmp_path):
+    changes = {"rig_simulator": {"profile": {"kind": "sine"}}}
+    return write_run(tmp_path, options(tmp_path), 61_234, changes)
+
+
+def test_layers_change_single_values_and_leave_the_others():
+    base = {"a": {"x": 1, "deep": {"y": 2, "z": 3}}}
+    assert lay_over(base, {"a": {"deep": {"z": 4}}, "b": 5}) == {"a": {"x": 1, "deep": {"y": 2, "z": 4}}, "b": 5}
+    assert base == {"a": {"x": 1, "deep": {"y": 2, "z": 3}}}
+
+
+def test_the_rig_of_a_run_is_the_paper_rig_with_its_rate_port_and_truth_file(parameters, tmp_path):
+    rig = load(parameters, "rig_simulator", SimulatorConfig)
+    assert (rig.rate_hz, rig.duration, rig.seed, rig.autostart_clock) == (250, 12.0, 3, False)
+    assert rig.truth_file == str(tmp_path / "truth.csv")
+    assert rig.transmission_1.k2 == 267.2
+    assert rig.profile.kind == "sine"
+    assert rig.bus == load_without_autostart(parameters).bus
+
+
+def load_without_autostart(path: Path) -> DriverSettings:
+    tree = yaml.safe_load(path.read_text())
+    assert tree["/**/driver"]["ros__parameters"].pop("autostart") is False
+    path.write_text(yaml.safe_dump(tree))
+    return load(path, "driver", DriverSettings)
+
+
+def test_estimators_start_wrong_but_within_what_their_standard_deviations_allow(parameters):
+    for side, k2 in ((1, 267.2), (2, 165.6)):
+        start = load(parameters, f"estimator_{side}", NodeConfig).initial
+        assert abs(start.k2 / k2 - 1.0) == pytest.approx(0.3)
+        assert abs(start.k2 - k2) < 2.0 * start.k2_std
+        assert abs(start.force_offset - {1: 16.39, 2: 8.269}[side]) < 2.0 * start.force_offset_std
+
+
+def test_another_seed_is_another_start(tmp_path):
+    starts = set()
+    for seed in range(8):
+        path = write_run(tmp_path, options(tmp_path, seed), 61_234, {})
+        starts.add(load(path, "estimator_1", NodeConfig).initial)
+    assert len(starts) > 3
+
+
+def test_a_parameter_file_says_everything_in_full(tmp_path):
+    shared = {"interface": "virtual"}
+    path = tmp_path / "p.yaml"
+    write_parameters(path, base_parameters(), {"driver": {"bus": shared}, "rig_simulator": {"bus": shared}})
+    assert "&" not in path.read_text()  # an alias, which the parser of ROS does not know
+
+
+def test_only_what_a_demo_made_is_cleared(tmp_path):
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag.mcap").write_text("")
+    (tmp_path / "summary.json").write_text("")
+    (tmp_path / "notes.txt").write_text("mine")
+    clear(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_two_runs_never_share_a_domain_or_a_port():
+    corners = [claim_corner() for _ in range(10)]
+    assert len({corner.domain for corner in corners}) == len({corner.bus_port for corner in corners}) == 10
+    assert corners[0].environment()["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+
+
+def test_the_plain_demo_is_a_scenario_that_does_nothing(tmp_path):
+    plain = load_scenario("", options(tmp_path))
+    assert type(plain) is Scenario
+    assert (plain.parameters(), list(plain.parts()), plain.judge(tmp_path)) == ({}, [], {})
+    with pytest.raises(ScenarioError, match="no scenario 'moon'"):
+        load_scenario("moon", options(tmp_path))
+
+
+def test_rods_start_where_their_springs_balance(parameters):
+    # F1 = F2 at rest without torque, so both starts have the same force and stiffness twofold off, eq. (3)
+    rig = load(parameters, "rig_simulator", SimulatorConfig)
+    force = 16.39 + 0.776 * np.exp(267.2 * rig.profile.centre)
+    for side in (1, 2):
+        start = load(parameters, f"estimator_{side}", NodeConfig).initial
+        true = getattr(rig, f"transmission_{side}")
+        ratio = start.k2 * (force - start.force_offset) / (true.k2 * (force - true.force_offset))
+        assert ratio in (pytest.approx(2.0), pytest.approx(0.5))
+
+
+def realtime_of(path, node):
+    return yaml.safe_load(path.read_text())[node]["ros__parameters"].get("realtime", {})
+
+
+def test_in_a_live_bench_each_composed_joint_has_a_core_and_the_rigs_share_another(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {5, 2, 7})
+    write_case(tmp_path / "case.yaml", Case("composed", 1000, 2, 10.0), 40_000)
+    found = [
+        realtime_of(tmp_path / "case.yaml", f"/joint_{i}/{name}")
+        for i in (1, 2)
+        for name in ("driver", "rig_simulator")
+    ]
+    rig = {"cores": "2"}
+    assert found == [{"cores": "5", "busy": True}, rig, {"cores": "7", "busy": True}, rig]
+
+
+@pytest.mark.parametrize(
+    ("case", "asked"),
+    [
+        (Case("composed", 1000, 3, 10.0), {"rest": REST_S}),
+        (Case("separate", 1000, 1, 10.0), {"rest": REST_S}),
+        (Case("ordinary_executor", 1000, 1, 10.0), {}),
+    ],
+    ids=lambda value: getattr(value, "mode", ""),
+)
+def test_without_cores_to_spare_a_live_bench_leaves_them_to_the_kernel(tmp_path, monkeypatch, case, asked):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1, 2})
+    write_case(tmp_path / "case.yaml", case, 40_000)
+    assert realtime_of(tmp_path / "case.yaml", "/joint_1/driver") == asked

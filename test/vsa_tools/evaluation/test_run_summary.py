@@ -1,0 +1,106 @@
+"""Bag and truth of a run become its summary; the table says the same in the paper's units."""
+
+import json
+
+import numpy as np
+import pytest
+from rclpy.serialization import serialize_message
+from vsa_tools.demo.parameters import base_parameters, write_parameters
+from vsa_tools.topics import suite_topics
+from vsa_tools.evaluation.run_summary import show, summarise
+from vsa_common.io.bags import Recording
+from vsa_common.stamps import set_stamp
+from vsa_common.io.tables import write_columns
+from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
+
+N, RATE = 200, 100
+START_NS = 1_700_000_000_000_000_000
+STIFFNESS, DAMPING = {1: 4000.0, 2: 3000.0}, {1: 3900.0, 2: 3800.0}
+
+
+def stamps(side: int) -> list[int]:
+    """Both frames of a sample are captured one after the other."""
+    return [START_NS + k * 10_000_000 + side * 100_000 for k in range(N)]
+
+
+def record_side(recording: Recording, side: int) -> None:
+    space = f"/vsa/transmission_{side}"
+    counters = CaptureCounters(counter=range(N))
+    for stamp_ns in stamps(side):
+        impedance = TransmissionImpedance(
+            stiffness=1.01 * STIFFNESS[side],
+            stiffness_variance=400.0,
+            damping=DAMPING[side],
+            damping_variance=100.0,
+        )
+        set_stamp(impedance.header.stamp, stamp_ns)
+        counters.stamp.append(type(impedance.header.stamp)())
+        set_stamp(counters.stamp[-1], stamp_ns)
+        recording.write(f"{space}/impedance", stamp_ns, serialize_message(impedance))
+    recording.write(f"{space}/capture_counters", stamps(side)[-1], serialize_message(counters))
+    state = EstimatorState(
+        samples_fused=N - 1, k2=260.0, k2_variance=4.0, d2=-1e8, inertia=0.4, inertia_valid=side == 1
+    )
+    recording.write(f"{space}/estimator_state", stamps(side)[-1], serialize_message(state))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("run")
+    recording = Recording(made / "bag")
+    for topic, type_name in suite_topics().items():
+        recording.add(topic, type_name)
+    for side in (1, 2):
+        record_side(recording, side)
+    for first, second in zip(stamps(1), stamps(2), strict=True):
+        joint = JointImpedance(stiffness=0.8, damping=0.5, stiffness_variance=1.0)
+        set_stamp(joint.header.stamp, second)
+        set_stamp(joint.transmission_stamp[0], first)
+        set_stamp(joint.transmission_stamp[1], second)
+        recording.write("/vsa/joint_impedance", second, serialize_message(joint))
+    recording.close()
+    truth = {f"stiffness_{i}": np.full(N, STIFFNESS[i]) for i in (1, 2)}
+    truth |= {f"damping_{i}": np.full(N, DAMPING[i]) for i in (1, 2)}
+    write_columns(made / "truth.csv", truth)
+    write_parameters(made / "parameters.yaml", base_parameters(), {"rig_simulator": {"rate_hz": RATE}})
+    return made
+
+
+@pytest.fixture(scope="module")
+def summary(folder):
+    arrivals = [(stamp_ns, stamp_ns + 2_000_000) for stamp_ns in stamps(2)]
+    silent = [(0, START_NS), (stamps(2)[-1], START_NS + 10**12), (stamps(2)[-1] + 5, START_NS + 10**12)]
+    return summarise(folder, arrivals + silent)
+
+
+def test_figures_are_those_of_the_recording(summary):
+    side = summary["transmissions"]["transmission_1"]
+    assert (side["samples_sent"], side["samples_fused"], side["samples_lost"]) == (N, N - 1, 1)
+    assert side["stiffness_nrmse"] == pytest.approx(0.01)
+    assert side["damping_nrmse"] == 0.0
+    assert side["k2"] == {"start": 267.2, "estimate": 260.0, "std": 2.0, "truth": 267.2}
+    assert side["inertia"]["valid"] is True
+    assert summary["transmissions"]["transmission_2"]["k2"]["truth"] == 165.6
+    assert (summary["rate_hz"], summary["duration_s"], summary["joint"]["messages"]) == (RATE, N / RATE, N)
+
+
+def test_joint_is_judged_by_what_its_transmissions_truly_were(summary):
+    true = 0.0215**2 * sum(s * 1e5 / (4e5 + s) for s in STIFFNESS.values())
+    assert summary["joint"]["stiffness_nrmse"] == pytest.approx(abs(0.8 - true) / true)
+
+
+def test_messages_without_a_new_frame_have_no_latency(summary):
+    assert summary["latency_ms"] == {"p50": 2.0, "p99": 2.0, "max": 2.0}
+
+
+def test_the_summary_is_plain_json(summary):
+    assert json.loads(json.dumps(summary)) == summary
+
+
+def test_the_table_is_in_the_units_of_the_paper(summary, capsys):
+    show(summary)
+    text = capsys.readouterr().out
+    assert "0.26" in text
+    assert "1/mm" in text
+    assert "not observable" in text
+    assert "1 / 200" in text

@@ -1,0 +1,106 @@
+"""The recorder as a process: it ends well on signals, and leaves a readable bag when it cannot."""
+
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.duration import Duration
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from vsa_tools.demo.isolation import claim_corner
+from vsa_common.ros.subprocesses import executable
+from vsa_common.io import bags
+from vsa_common.ros.node import RELIABLE
+
+pytestmark = pytest.mark.live
+
+TOPIC, FOREIGN = "/vsa/motor_commands", "/arm/joint_states"
+COUNT = 400
+
+
+@pytest.fixture(scope="module")
+def corner():
+    claimed = claim_corner()
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in claimed.environment().items():
+            patch.setenv(name, value)
+        yield claimed
+
+
+@pytest.fixture(scope="module")
+def node(corner):
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    yield rclpy.create_node("talker")
+    rclpy.try_shutdown()
+
+
+def record(out, *arguments: str) -> subprocess.Popen:
+    command = [executable("vsa_tools", "record"), "--out", str(out), *arguments]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
+
+
+def talk(node, topic: str, process: subprocess.Popen, bag: Path) -> None:
+    """Publish 0, 1, 2, ... once what is said before arrives in the bag."""
+    publisher = node.create_publisher(JointState, topic, RELIABLE)
+    end = time.monotonic() + 60.0
+    heard = 0
+    while not heard or size(bag) < heard + 20_000:
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < end
+        heard = heard or size(bag)
+        publisher.publish(JointState(name=["motor_1"], position=[-1.0]))
+        rclpy.spin_once(node, timeout_sec=0.002)
+    for k in range(COUNT):
+        publisher.publish(JointState(name=["motor_1"], position=[float(k)]))
+        time.sleep(0.001)  # the pace of a sensor
+    publisher.wait_for_all_acked(Duration(seconds=10))
+    time.sleep(0.3)
+    node.destroy_publisher(publisher)
+
+
+def size(bag: Path) -> int:
+    return sum(file.stat().st_size for file in bag.glob("*.mcap"))
+
+
+def counted(bag: Path) -> list[float]:
+    return [message.position[0] for _, _, message in bags.read(bag, [TOPIC]) if message.position[0] >= 0.0]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_closes_the_bag_with_every_message_in_it(node, tmp_path, number):
+    process = record(tmp_path / "bag")
+    talk(node, TOPIC, process, tmp_path / "bag")
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert "0 dropped" in errors
+    assert counted(tmp_path / "bag") == [float(k) for k in range(COUNT)]
+    assert (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def test_a_crash_costs_no_more_than_the_last_moment(node, tmp_path):
+    process = record(tmp_path / "bag", "--ros-args", "-p", "flush_period:=0.1")
+    talk(node, TOPIC, process, tmp_path / "bag")
+    process.kill()
+    process.communicate()
+    assert counted(tmp_path / "bag") == [float(k) for k in range(COUNT)]
+
+
+def test_topics_of_others_are_recorded_when_asked_for(node, tmp_path):
+    process = record(tmp_path / "bag", "--topic", FOREIGN)
+    talk(node, FOREIGN, process, tmp_path / "bag")
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    assert bags.topics(tmp_path / "bag")[FOREIGN].messages >= COUNT / 2
+
+
+def test_an_existing_folder_is_refused_with_one_line(corner, tmp_path):
+    process = record(tmp_path)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert "exists already" in errors
+    assert "Traceback" not in errors

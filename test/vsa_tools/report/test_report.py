@@ -1,0 +1,216 @@
+"""The report of a recording with known numbers: what it says, and what it does with bags that are not what it hoped."""
+
+import re
+import shutil
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import paper_run
+import pytest
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+from vsa_tools.report import command as report
+from vsa_tools.report.data import read_run
+from vsa_tools.report.downsampling import cloud, envelope, extremes
+from vsa_tools.report.panels import force_rate
+from vsa_tools.report.tables import health_table, joint_table, table_1
+from vsa_tools.report.truth import read_truth
+from vsa_common.io.bags import BagError, Recording
+
+SECONDS, RATE = 4.0, 200.0
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    paper_run.write_run(folder / "bag", SECONDS, RATE)
+    paper_run.write_truth(folder / "truth.csv", SECONDS, RATE)
+    return folder / "bag"
+
+
+@pytest.fixture(scope="module")
+def run(bag):
+    return read_run(bag)
+
+
+@pytest.fixture(scope="module")
+def written(bag, tmp_path_factory):
+    out = tmp_path_factory.mktemp("report")
+    report.write(bag, out)
+    return out
+
+
+def rows(table):
+    return {tuple(row[:2]): row for row in table.rows}
+
+
+def test_an_extreme_of_one_sample_survives_a_thousandfold_reduction():
+    time = np.linspace(0.0, 1000.0, 1_000_001)
+    value = np.sin(time)
+    value[123_456], value[777_777] = 50.0, -60.0
+    x, y = extremes(time, value)
+    assert len(x) <= 1010
+    assert (y.max(), y.min()) == (50.0, -60.0)
+    assert x[y.argmax()] == time[123_456]
+    assert np.all(np.diff(x) > 0.0)
+
+
+def test_a_short_series_is_drawn_as_it_is():
+    x, y = extremes(np.array([0.0, 0.1, 0.2]), np.array([1.0, 3.0, 2.0]))
+    assert x.tolist() == [0.0, 0.1, 0.2]
+    assert y.tolist() == [1.0, 3.0, 2.0]
+
+
+def test_a_line_is_broken_where_nothing_was_received():
+    time = np.concatenate([np.arange(100) * 0.01, 5.0 + np.arange(100) * 0.01])
+    _, y = extremes(time, np.ones(200))
+    assert np.flatnonzero(np.isnan(y)).tolist() == [100]
+
+
+def test_an_envelope_holds_every_sample_of_its_band():
+    time = np.arange(10_000) * 0.01
+    low, high = np.cos(time) - np.abs(np.sin(99.0 * time)), np.cos(time) + 1.0
+    x, least, greatest = envelope(time, low, high, points=100)
+    for begin, end, a, b in zip(x, [*x[1:], np.inf], least, greatest, strict=True):
+        inside = (time >= begin) & (time < end)
+        assert a == low[inside].min()
+        assert b == high[inside].max()
+
+
+def test_a_cloud_keeps_the_extremes_of_every_slice():
+    random = np.random.default_rng(3)
+    x, y = random.uniform(0.0, 1.0, 50_000), random.standard_normal(50_000)
+    a, b = cloud(x, y, bins=20)
+    assert len(a) == 40
+    assert (b.max(), b.min()) == (y.max(), y.min())
+
+
+def test_force_rate_of_a_ramp_is_its_slope():
+    time = np.arange(0.0, 3.0, 0.002)
+    assert force_rate(time, 7.0 * time + 2.0)[-1] == pytest.approx(7.0, rel=1e-3)
+
+
+def test_table_1_gives_the_coefficients_with_their_intervals_and_errors(bag, run):
+    table = table_1(run.joints[0], read_truth(bag.parent / "truth.csv", run))
+    k2 = rows(table)["transmission_1", "k2, exponent"]
+    assert k2[2:5] == ["267.4", "1", "1/m"]  # 267.2 (1 + 0.3 0.002), 1.96 0.002 267.2
+    assert k2[5] == "0.2674 ± 0.001 1/mm"
+    assert k2[6] == "267.2"
+    assert k2[7] == "+0.06 %"
+    assert rows(table)["transmission_2", "d2, cubic damping"][6] == "-1.17e+08"
+    assert rows(table)["transmission_1", "m, inertia"][2].startswith("(0.37")
+    assert "inertia" in table.note
+
+
+def test_without_truth_table_1_has_no_empty_columns(run):
+    table = table_1(run.joints[0], {})
+    assert "truth" not in table.columns
+    assert all(len(row) == len(table.columns) for row in table.rows)
+
+
+def test_the_joint_is_summed_up_over_its_valid_time_alone(run):
+    row = joint_table(run.joints[0]).rows[0]
+    time = np.arange(SECONDS * RATE) / RATE
+    late = time >= paper_run.KNOWN_AFTER
+    stiffness = 0.0
+    for side in (1, 2):
+        sigma = paper_run.truth(side, time)["stiffness"][late]
+        stiffness = stiffness + 0.0215**2 * sigma * 1e5 / (4e5 + sigma)
+    assert row[1] == f"{stiffness.min():.4g} … {stiffness.max():.4g}"
+    assert row[-1] == "50.0 %"
+
+
+def test_health_counts_the_lost_frame_and_the_delay(run):
+    health = {row[0]: row[1:] for row in health_table(run.joints[0]).rows}
+    assert health["lost on the bus, by counter"] == ["1", "1"]
+    assert health["sample rate"] == ["200.0 Hz", "200.0 Hz"]
+    assert health["stiffness first valid after"] == ["2.00 s", "2.00 s"]
+    assert health["delay to the recorder, p99"] == ["2.00 ms", "2.00 ms"]
+    assert health["force rejected by the gate"] == ["3", "3"]
+
+
+def test_the_page_is_whole_and_fetches_nothing(written):
+    text = (written / "report.html").read_text()
+    body = re.sub(r' xmlns(:\w+)?="[^"]*"| xlink:href="#[^"]*"', "", text)
+    assert not re.search(r'(src|href)="(?!#)|url\((?!#)|@import|<script', body)
+    for title in (
+        "Fig. 7: motion of transmission_1",
+        "Fig. 8: impedance of transmission_2",
+        "Fig. 9",
+        "Fig. 6",
+        "Table I",
+    ):
+        assert title in text
+    assert len(re.findall("transmission_[12]: (?:not )?white", text)) == 4  # two signals of two sides
+    for fact in ("267.4", "lost on the bus", "matplotlib 3", "/vsa/estimator_1", "converging"):
+        assert fact in text
+    for svg in re.findall(r"<svg.*?</svg>", text, flags=re.DOTALL):
+        ElementTree.fromstring(svg)
+    assert len(re.findall("<svg", text)) == 9
+
+
+def test_pdf_and_pictures_lie_beside_the_page(written):
+    names = {path.stem for path in (written / "figures").glob("*.png")}
+    assert {"fig7_transmission_1", "fig8_transmission_2", "fig9", "fig6", "table1", "joint", "health"} <= names
+    assert len(re.findall(rb"/Type /Page\b", (written / "report.pdf").read_bytes())) == 1 + len(names)
+
+
+def test_a_bag_of_sensors_alone_gives_the_figures_it_can(tmp_path):
+    paper_run.write_run(tmp_path / "bag", 1.0, leaves=("force", "encoder"), space="/left/arm")
+    text = report.write(tmp_path / "bag", tmp_path / "out").read_text()
+    assert "sensors only" in text
+    assert {path.stem for path in (tmp_path / "out" / "figures").glob("*")} == {
+        "fig7_transmission_1", "fig7_transmission_2", "health",
+    }  # fmt: skip
+
+
+def test_a_recording_that_was_cut_off_is_read_to_the_cut(bag, tmp_path):
+    shutil.copytree(bag, tmp_path / "bag")
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    file = next((tmp_path / "bag").glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 2 // 3])
+    run = read_run(tmp_path / "bag")
+    assert not run.complete
+    assert 1.0 < run.duration < 3.5
+    assert "cut off" in report.warnings(run)[0]
+
+
+def test_a_foreign_bag_is_one_line_that_names_what_it_holds(tmp_path, capsys):
+    recording = Recording(tmp_path / "bag")
+    recording.add("/chatter", "std_msgs/msg/String")
+    recording.write("/chatter", 1, serialize_message(String(data="hello")))
+    recording.close()
+    assert report.main([str(tmp_path / "bag")]) == 1
+    error = capsys.readouterr().err
+    assert "/chatter (std_msgs/msg/String)" in error
+    assert error.count("\n") == 1
+
+
+def test_an_empty_bag_and_a_missing_one_are_one_line_each(tmp_path, capsys):
+    recording = Recording(tmp_path / "bag")
+    recording.add("/vsa/joint_impedance", "vsa_msgs/msg/JointImpedance")
+    recording.close()
+    for name in ("bag", "absent"):
+        assert report.main([str(tmp_path / name)]) == 1
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert str(tmp_path / name) in error
+
+
+def test_a_text_file_is_no_bag(tmp_path):
+    (tmp_path / "notes.mcap").write_text("not a recording")
+    with pytest.raises(BagError, match=r"notes\.mcap"):
+        read_run(tmp_path / "notes.mcap")
+
+
+def test_stamps_out_of_this_world_do_not_stretch_the_time_axis(tmp_path, bag):
+    recording = Recording(tmp_path / "bag")
+    message = paper_run.WrenchStamped()
+    recording.add("/vsa/transmission_1/force", "geometry_msgs/msg/WrenchStamped")
+    for k in range(100):
+        paper_run.set_stamp(message.header.stamp, 0 if k == 50 else paper_run.START_NS + k * 10**7)
+        recording.write("/vsa/transmission_1/force", paper_run.START_NS + k * 10**7, serialize_message(message))
+    recording.close()
+    run = read_run(tmp_path / "bag")
+    assert run.duration == pytest.approx(0.99)
+    assert np.isnan(run.joints[0].sides[0].force.time[50])

@@ -1,0 +1,141 @@
+"""The plan and the judgement of the stiffness steps, and a short run of the whole chain through the pure cores."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from vsa_tools.scenarios import stiffness_plan as plan
+from vsa_bench.joint.case import estimator_config
+from vsa_bench.joint.experiment import joint_side
+from vsa_simulator.rig.config import RigConfig, TorqueConfig
+from vsa_simulator.rig.dynamics import TRUTH
+from vsa_simulator.rig.rig import Rig
+from vsa_estimator.estimator import Estimator
+from vsa_joint.settings import ControlConfig, JointConfig
+from vsa_joint.control.controller import Target
+from vsa_joint.impedance.fusion import JointFusion
+from vsa_joint.control.springs import learned_spring
+from vsa_joint.control.supervisor import Inputs, JointNow, Mode, Supervisor
+
+RATE_HZ, CONTROL_HZ = 500, 100
+
+
+class Chain:
+    """Rig, both estimators, joint and controller, step by step; the estimators start wrong."""
+
+    def __init__(self):
+        rig = RigConfig(
+            rate_hz=RATE_HZ, seed=3, torque=TorqueConfig(amplitudes=(0.0,), frequencies=(1.0,), phases=(0.0,))
+        )
+        self.config = replace(rig, transmission_2=replace(rig.transmission_2, coulomb_friction=0.5))
+        self.rig = Rig(self.config)
+        sides = (self.config.transmission_1, self.config.transmission_2)
+        self.estimators = [Estimator(estimator_config(c, self.config, i)) for i, c in enumerate(sides)]
+        self.fusion, self.supervisor = JointFusion(JointConfig()), Supervisor(ControlConfig())
+        self.inputs, self.period = Inputs(), 0
+
+    def run(self, seconds, stiffness=None):
+        """Truth of each sample by name, and the controller's mode at each period."""
+        rows, modes = [], []
+        for _ in range(round(seconds * CONTROL_HZ)):
+            now = (self.period + 1) * 1_000_000_000 // CONTROL_HZ
+            if stiffness is not None:
+                self.supervisor.command(Target(0.0, stiffness), self.inputs, now)
+            motors = self.supervisor.step(self.inputs, now)
+            if motors is not None:
+                self.rig.command(*motors)
+            modes.append(self.supervisor.mode)
+            samples = self.rig.advance(RATE_HZ // CONTROL_HZ)
+            rows.append(samples.truth)
+            self._estimate(samples)
+            self._read(samples, now)
+            self.period += 1
+        truth = np.concatenate(rows)
+        return {name: truth[:, i] for i, name in enumerate(TRUTH)}, modes
+
+    def _estimate(self, samples):
+        for i in range(len(samples.truth)):
+            stamp = (samples.first + i + 1) * 1_000_000_000 // RATE_HZ
+            for side, estimator in enumerate(self.estimators):
+                deflection = (int(samples.readings.counts[i, side]) - 1000) * 1e-5
+                estimate = estimator.add(stamp, float(samples.readings.forces[i, side]), deflection)
+                self.fusion.add(side, joint_side(estimate), stamp)
+
+    def _read(self, samples, now):
+        newest, inputs = self.fusion.newest, self.inputs
+        inputs.joint = JointNow(
+            newest.stiffness, newest.stiffness_valid, newest.damping, newest.damping_valid, newest.tension,
+            newest.force_valid, int(newest.status), newest.reason,
+        )  # fmt: skip
+        inputs.joint_ns = inputs.angle_ns = inputs.motors_ns = now
+        inputs.angle, inputs.motors = float(samples.readings.angle[-1]), tuple(samples.readings.motors[-1])
+        first, second = (learned_spring(estimator.state()) for estimator in self.estimators)
+        inputs.springs, inputs.springs_ns = (first, second), (now, now)
+
+
+def test_with_live_estimates_stiffness_doubles_within_a_second_and_the_joint_stays():
+    chain = Chain()
+    chain.run(plan.LEARNING)
+    chain.run(4.0, 1.0)
+    joint = JointConfig().joint
+    for stiffness in (2.0, 4.0, 2.0):
+        truth, modes = chain.run(4.0, stiffness)
+        true = plan.true_stiffness(truth, joint)
+        outside = np.nonzero(np.abs(true / stiffness - 1.0) > 0.05)[0]
+        assert outside[-1] / RATE_HZ < 1.0
+        assert set(modes) == {Mode.ACTIVE}
+        assert np.abs(truth["angle"]).max() < 0.030
+        assert np.abs(truth["angle"][-500:]).max() < 0.010
+
+
+def synthetic(tau=0.2):
+    """Truth of a joint that follows each command with a time constant and gives way by the commanded stiffness."""
+    time = np.arange(0.0, plan.duration(), 0.002)
+    commands = [*plan.step_commands(), *plan.felt_commands()]
+    log = np.zeros_like(time)
+    for before, command in zip([None, *commands[:-1]], commands, strict=True):
+        start = np.log(before.stiffness) if before else 0.0
+        late = time >= command.time
+        goal = np.log(command.stiffness)
+        log[late] = goal + (start - goal) * np.exp(-(time[late] - command.time) / tau)
+    torque = np.zeros_like(time)
+    for push in plan.pushes():
+        torque[time >= push.time] = push.torque
+    return time, np.exp(log), torque
+
+
+def test_settling_is_measured_from_the_command():
+    time, stiffness, _ = synthetic(tau=0.2)
+    begins = [command.time for command in plan.step_commands()]
+    steps = plan.judge_steps(time, stiffness, 0.004 * np.ones_like(time), begins)
+    doubled = steps[0]
+    expected = 0.2 * np.log(np.log(2.0) / -np.log(0.95))
+    assert (doubled.start, doubled.to) == (1.0, 2.0)
+    assert doubled.settle_5pct_s == pytest.approx(expected, abs=0.01)
+    assert doubled.equilibrium_steady_mrad == pytest.approx(4.0)
+    assert doubled.steady_error == pytest.approx(0.0, abs=1e-3)
+    assert list(doubled.row()) == [
+        "from", "to", "settle_5pct_s", "equilibrium_steady_mrad", "equilibrium_transient_mrad", "steady_error",
+    ]  # fmt: skip
+
+
+def test_felt_stiffness_is_torque_over_angle():
+    time, stiffness, torque = synthetic()
+    for one in plan.judge_felt(time, torque / stiffness / 1.07, torque):
+        assert one["rendered"] == pytest.approx(1.07 * one["commanded"], rel=1e-3)
+
+
+def test_the_plan_asks_once_for_what_cannot_be_reached():
+    asked = [plan.commanded(t) for t in np.arange(0.0, plan.duration(), 0.1)]
+    assert asked[0] is None
+    assert plan.UNREACHABLE in asked
+    assert plan.commanded(plan.refusal_time() + plan.REFUSAL_TIME + 0.1) == plan.FELT[0]
+
+
+def test_pushes_go_both_ways_and_end_at_nothing():
+    torques = [push.torque for push in plan.pushes()]
+    assert max(torques) == pytest.approx(0.4)
+    assert min(torques) == pytest.approx(-0.4)
+    assert torques[-1] == pytest.approx(0.0, abs=1e-12)
+    times = [push.time for push in plan.pushes()]
+    assert times == sorted(times)
