@@ -6,8 +6,8 @@ python examples/analyse.py vsa_demo/bag
 import sys
 
 import numpy as np
-from vsa_common.io.bags import BagError, read
 from vsa_common.figures import SIDES, panels, save
+from vsa_common.io.bags import BagError, read
 
 
 def columns(bag: str, topic: str, *names: str) -> dict[str, np.ndarray]:

@@ -31,11 +31,11 @@ from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
-from vsa_tools.demo.isolation import claim_corner
-from vsa_common.ros.subprocesses import executable
 from vsa_common.config.configuration import load
 from vsa_common.io.tables import write_columns
+from vsa_common.ros.subprocesses import executable
 from vsa_driver.settings import DriverSettings
+from vsa_tools.demo.isolation import claim_corner
 
 pytestmark = pytest.mark.live
 

@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 
 import pytest
-from vsa_tools.reference_tables import NODES
 from vsa_common.config.configuration import parameters
+from vsa_tools.reference_tables import NODES
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]

@@ -11,8 +11,8 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
-from vsa_tools.demo.isolation import claim_corner
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
+from vsa_tools.demo.isolation import claim_corner
 
 pytestmark = pytest.mark.live
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
-from vsa_tools.demo.isolation import claim_corner
 from vsa_msgs.msg import JointImpedance
+from vsa_tools.demo.isolation import claim_corner
 
 pytestmark = pytest.mark.live
 

@@ -5,14 +5,14 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 from vsa_bench.joint.case import estimator_config
 from vsa_bench.joint.experiment import joint_side
+from vsa_estimator.estimator import Estimator
+from vsa_joint.control.controller import Target
+from vsa_joint.control.springs import learned_spring
+from vsa_joint.control.supervisor import Inputs, JointMeasurement, Supervisor
+from vsa_joint.impedance.fusion import JointFusion
+from vsa_joint.settings import ControlConfig, JointConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig
 from vsa_simulator.rig.rig import Rig
-from vsa_estimator.estimator import Estimator
-from vsa_joint.settings import ControlConfig, JointConfig
-from vsa_joint.control.controller import Target
-from vsa_joint.impedance.fusion import JointFusion
-from vsa_joint.control.springs import learned_spring
-from vsa_joint.control.supervisor import Inputs, JointNow, Supervisor
 
 RATE_HZ, CONTROL_HZ = 500, 100
 PLAN = ((14.0, None), (3.0, 1.0), (3.0, 2.0), (3.0, 6.0))  # seconds, commanded stiffness [N m/rad]
@@ -48,7 +48,7 @@ def run() -> dict[str, np.ndarray]:
                     fusion.add(side, joint_side(estimate), stamp)
             newest = fusion.newest
             joints.append(numbers(newest))
-            inputs.joint = JointNow(
+            inputs.joint = JointMeasurement(
                 newest.stiffness, newest.stiffness_valid, newest.damping, newest.damping_valid, newest.tension,
                 newest.force_valid, int(newest.status), newest.reason,
             )  # fmt: skip

@@ -32,15 +32,15 @@ import numpy as np
 TRACES = Path(__file__).parent / "traces.json"
 TOLERANCE = 1e-6  # relative, on another machine
 PLAIN_SAMPLES = 2400  # of a recording, without numba
-CHUNK = 700  # samples that `add_all` takes at once
+CHUNK = 700  # samples that `add_many` takes at once
 
 
 def estimate(recording) -> dict[str, np.ndarray]:
-    """Rows by `add`, then by `add_all`, predictions in silence, and states, of one recording."""
+    """Rows by `add`, then by `add_many`, predictions in silence, and states, of one recording."""
     from chain import numbers
     from vsa_estimator.formulations import create_estimator
 
-    name, config, stamps, force, deflection = recording
+    _, config, stamps, force, deflection = recording
     estimator, rows, states, predictions = create_estimator(config), [], [], []
     half = len(stamps) // 2
     next_state = int(stamps[0])
@@ -52,11 +52,11 @@ def estimate(recording) -> dict[str, np.ndarray]:
             states.append(numbers(estimator.state()))
     for begin in range(half, len(stamps), CHUNK):
         part = slice(begin, begin + CHUNK)
-        many = estimator.add_all(stamps[part], force[part], deflection[part])
+        many = estimator.add_many(stamps[part], force[part], deflection[part])
         rows.extend(np.asarray(many))
         states.append(numbers(estimator.state()))
     for silence_ns in (1_000_000, 20_000_000, 300_000_000):
-        predictions.append(numbers(estimator.coast(int(np.max(stamps[-20:])) + silence_ns)))
+        predictions.append(numbers(estimator.predict_to(int(np.max(stamps[-20:])) + silence_ns)))
     return {
         "samples": np.concatenate([stamps.astype(float), force, deflection]),
         "rows": np.concatenate([row.ravel() for row in rows]),
@@ -151,7 +151,7 @@ def differences(golden: dict, found: dict, same_machine: bool) -> Iterator[str]:
             elif same_machine and digest != before[0]:
                 yield f"{name} {key}: differs ({_relative(before[1], numbers):.1e})"
             elif not same_machine and not _relative(before[1], numbers) < TOLERANCE:
-                yield f"{name} {key}: off by {_relative(before[1], numbers):.1e}, tolerated on another machine {TOLERANCE:.0e}"
+                yield f"{name} {key}: off by {_relative(before[1], numbers):.1e}, more than {TOLERANCE:.0e}"
         for key in golden.get(name, {}).keys() - trace.keys():
             yield f"{name} {key}: missing"
 

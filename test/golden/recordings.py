@@ -16,19 +16,19 @@ from vsa_bench.estimation.cases import case
 from vsa_bench.estimation.methods import _configuration
 from vsa_bench.estimation.recordings import record
 from vsa_bench.estimation.starts import draw
-from vsa_tools.demo.parameters import paper_rig
-from vsa_tools.topics import TRANSMISSIONS
 from vsa_common.config.configuration import build, load
-from vsa_driver.can.bus import Frame
 from vsa_driver.acquisition.mapping import load_frames
-from vsa_simulator.faults.failure import scenario
-from vsa_simulator.faults.injection import Faults
-from vsa_simulator.rig.rig import Rig
-from vsa_simulator.frames import RigFrames
-from vsa_simulator.node import SimulatorConfig
 from vsa_driver.acquisition.router import Router
+from vsa_driver.can.bus import Frame
 from vsa_driver.settings import DriverSettings
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
+from vsa_simulator.faults.failure import scenario
+from vsa_simulator.faults.injection import Faults
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.node import SimulatorConfig
+from vsa_simulator.rig.rig import Rig
+from vsa_tools.demo.parameters import paper_rig
+from vsa_tools.topics import TRANSMISSIONS
 
 HERE = Path(__file__).parent
 EPOCH_NS = 1_000_000_000_000

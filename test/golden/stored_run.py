@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from vsa_tools.evaluation.run_summary import summarise
 from vsa_tools.report.command import all_tables, read_run
 from vsa_tools.report.figures import plates
 from vsa_tools.report.truth import read_truth
 from vsa_tools.scenarios.stiffness_steps import Scenario
-from vsa_tools.evaluation.run_summary import summarise
 
 ARCHIVE = Path(__file__).parent / "stored_run.tar.xz"
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")

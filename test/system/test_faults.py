@@ -20,16 +20,16 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from services import answer_of
 from std_srvs.srv import SetBool
-from vsa_tools.demo.command import PARTS
-from vsa_tools.demo.isolation import claim_corner
-from vsa_common.ros.subprocesses import renice
-from vsa_tools.demo.parameters import base_parameters, write_parameters
-from vsa_tools.demo.harness import Stage
 from vsa_common.io import bags
 from vsa_common.ros.node import RELIABLE
+from vsa_common.ros.subprocesses import renice
 from vsa_common.stamps import nanoseconds
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
+from vsa_tools.demo.command import PARTS
+from vsa_tools.demo.harness import Stage
+from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.parameters import base_parameters, write_parameters
 
 pytestmark = pytest.mark.live
 

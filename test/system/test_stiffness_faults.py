@@ -10,13 +10,13 @@ from host import undisturbed
 from sensor_msgs.msg import JointState
 from services import answer_of
 from std_srvs.srv import SetBool
-from vsa_tools.demo.command import PARTS
-from vsa_tools.demo.isolation import claim_corner
-from vsa_tools.demo.parameters import base_parameters, write_parameters
-from vsa_tools.demo.harness import Part, Stage
 from vsa_common.ros.node import RELIABLE, STEADY
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
 from vsa_msgs.srv import InjectFailure
+from vsa_tools.demo.command import PARTS
+from vsa_tools.demo.harness import Part, Stage
+from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.parameters import base_parameters, write_parameters
 
 pytestmark = pytest.mark.live
 

@@ -11,11 +11,11 @@ import pytest
 from favour import RIG, favoured
 from host import undisturbed
 from network_wire import Wire, permitted
-from vsa_tools.scenarios.fault_evaluation import lie
-from vsa_common.ros.subprocesses import executable, renice
-from vsa_tools.scenarios.faults import Heard
-from vsa_tools.demo.parameters import base_parameters, write_parameters
 from vsa_common.io import bags
+from vsa_common.ros.subprocesses import executable, renice
+from vsa_tools.demo.parameters import base_parameters, write_parameters
+from vsa_tools.scenarios.fault_evaluation import lie
+from vsa_tools.scenarios.faults import Heard
 
 pytestmark = [pytest.mark.live, pytest.mark.skipif(not permitted(), reason="network namespaces are not permitted here")]
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from vsa_common.io import bags
 from vsa_common.ros.subprocesses import executable
 from vsa_tools.topics import suite_topics
-from vsa_common.io import bags
 
 pytestmark = pytest.mark.live
 

@@ -19,14 +19,14 @@ from vsa_bringup import composed
 from vsa_bringup.composed import OWED, DirectDriver, Turns, nodes
 from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds
-from vsa_driver.can.bus import BusConfig, open_bus
 from vsa_driver.acquisition.mapping import load_frames
-from vsa_simulator.rig.config import RigConfig
-from vsa_simulator.rig.rig import Rig
-from vsa_simulator.frames import RigFrames
+from vsa_driver.can.bus import BusConfig, open_bus
 from vsa_estimator.node import EstimatorNode
 from vsa_joint.node import JointNode
 from vsa_msgs.msg import JointImpedance, TransmissionImpedance
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.rig.config import RigConfig
+from vsa_simulator.rig.rig import Rig
 
 pytestmark = pytest.mark.live
 
@@ -285,13 +285,13 @@ class Busy:
     def __init__(self, done, left):
         self.arrival_ns, self._done, self.left = 1_000, done, left
 
-    def catch_up(self):
+    def finish_pending(self):
         if self.left:
             self._done.append(self.left.pop(0))
             return True
         return False
 
-    def coast(self, silence_ns):
+    def predict_to(self, silence_ns):
         self._done.append(silence_ns)
 
 

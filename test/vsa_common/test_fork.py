@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from vsa_common.fork import Copies
+from vsa_common.fork import ForkedTasks
 
 
 def test_results_come_in_the_order_of_the_works_and_every_step_is_told():
@@ -17,7 +17,7 @@ def test_results_come_in_the_order_of_the_works_and_every_step_is_told():
 
         return run
 
-    results = Copies(work("slow", 50), work("fast", 3)).results(told.append)
+    results = ForkedTasks(work("slow", 50), work("fast", 3)).results(told.append)
     assert [name for name, _ in results] == ["slow", "fast"]
     assert len({os.getpid(), *(process for _, process in results)}) == 3
     assert sum(told) == 106.0
@@ -26,9 +26,9 @@ def test_results_come_in_the_order_of_the_works_and_every_step_is_told():
 def test_the_reason_of_a_failed_work_arrives(tmp_path):
     missing = tmp_path / "missing" / "file"
     with pytest.raises(OSError, match="missing/file"):
-        Copies(lambda tell: missing.touch(), lambda tell: None).results()
+        ForkedTasks(lambda tell: missing.touch(), lambda tell: None).results()
 
 
 def test_a_work_that_dies_is_noticed():
     with pytest.raises(OSError, match="without a word"):
-        Copies(lambda tell: os._exit(3)).results()
+        ForkedTasks(lambda tell: os._exit(3)).results()

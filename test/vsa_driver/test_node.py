@@ -19,8 +19,8 @@ from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.ros.node import RELIABLE
-from vsa_common.stamps import nanoseconds
 from vsa_common.ros.throttle import PERIOD_NS
+from vsa_common.stamps import nanoseconds
 from vsa_driver.can.bus import BusConfig, MalformedFrame, open_bus
 from vsa_driver.can.frames import RIG_DBC
 from vsa_msgs.msg import CaptureCounters

@@ -15,9 +15,9 @@ from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from services import answer_of
 from std_srvs.srv import SetBool, Trigger
+from vsa_common.io.tables import read_columns
 from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds
-from vsa_common.io.tables import read_columns
 from vsa_msgs.msg import CaptureCounters
 
 pytestmark = pytest.mark.live

@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, measure, record, wrong_start
+from vsa_common.types import ResetReason
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.initialization.scheduler import Learner
-from vsa_estimator.force_law.transmission import Z
 from vsa_estimator.filter.tracker import CONTRADICTION, Tracker
-from vsa_estimator.output.estimate import Reset
+from vsa_estimator.force_law.transmission import Z
+from vsa_estimator.initialization.scheduler import Learner
 
 
 @cache
@@ -37,7 +37,7 @@ def sure_of_a_stiff_damper(tracker):
 def test_it_learns_again_and_counts_it():
     estimator, estimate = fed(sure_of_a_stiff_damper)
     state = estimator.state()
-    assert estimate.reset_reason is Reset.INNOVATION
+    assert estimate.reset_reason is ResetReason.INNOVATION
     assert state.d1 == pytest.approx(TRANSMISSION_1.d1, rel=0.03)
     assert state.d2 == pytest.approx(TRANSMISSION_1.d2, rel=0.06)
     assert estimate.stiffness_valid

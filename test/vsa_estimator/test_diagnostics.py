@@ -5,8 +5,8 @@ import time
 
 import pytest
 import rclpy
+from vsa_common.types import Status
 from vsa_estimator.node import EstimatorNode
-from vsa_estimator.output.estimate import Status
 
 pytestmark = pytest.mark.live
 
@@ -33,7 +33,7 @@ def test_an_estimate_that_a_prediction_overtook_is_made_and_counted_but_not_told
     for k in range(100):
         node.take(begin + k * MS, 30.0, 0.01)
     last = begin + 99 * MS
-    node.coast(80 * MS)
+    node.predict_to(80 * MS)
     for late in (20, 60, 100):
         node.take(last + late * MS, 30.0, 0.01)
     stamps = [estimate.stamp_ns for estimate in told]

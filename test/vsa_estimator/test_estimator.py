@@ -8,9 +8,10 @@ import math
 import numpy as np
 import pytest
 from transmission_data import MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
+from vsa_common.types import ResetReason, Status
 from vsa_estimator.estimator import Estimator
+from vsa_estimator.output.estimate import Estimate
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.output.estimate import Estimate, Reset, Status
 
 SECOND = 1_000_000_000
 
@@ -63,7 +64,7 @@ def test_time_that_jumps_back_resets_everything_and_output_goes_on():
     first = next(rows(record(TRANSMISSION_1, SLOW, 1.0)))
     again = estimator.add(*first)
     assert again.stamp_ns == first[0] < estimate.stamp_ns
-    assert (again.reset_count, again.reset_reason, again.status) == (1, Reset.TIME_JUMP, Status.CONVERGING)
+    assert (again.reset_count, again.reset_reason, again.status) == (1, ResetReason.TIME_JUMP, Status.CONVERGING)
 
 
 def test_a_recording_replayed_after_a_reset_gives_the_same_numbers_to_the_bit():
@@ -72,7 +73,7 @@ def test_a_recording_replayed_after_a_reset_gives_the_same_numbers_to_the_bit():
     once = run(estimator, recording)
     estimator.reset()
     twice = run(estimator, recording)
-    assert [estimate._replace(reset_count=0, reset_reason=Reset.NONE) for estimate in twice] == once
+    assert [estimate._replace(reset_count=0, reset_reason=ResetReason.NONE) for estimate in twice] == once
 
 
 @pytest.mark.parametrize("sensor", ["force", "deflection"])
@@ -102,7 +103,7 @@ def test_a_rezeroed_encoder_is_rejected_then_relocated_with_stiffness_k2_and_d2_
         if index == 15:
             assert estimate.reset_count == 0
     state = estimator.state()
-    assert (estimate.reset_count, estimate.reset_reason) == (1, Reset.DEFLECTION)
+    assert (estimate.reset_count, estimate.reset_reason) == (1, ResetReason.DEFLECTION)
     assert state.deflection_rejected > 15
     assert estimate.k2 == pytest.approx(before.k2, abs=3.0 * math.sqrt(before.k2_variance))
     assert estimate.d2 == pytest.approx(before.d2, abs=3.0 * math.sqrt(before.d2_variance))
@@ -177,18 +178,18 @@ def test_averaged_samples_do_not_wait_for_the_step_whenever_that_is_taken():
         before = prompt._supervisor.step_ns
         estimate = prompt.add(*sample)
         told_before_the_step = prompt._supervisor.step_ns == before
-        while prompt.catch_up():
+        while prompt.finish_pending():
             pass
         waits += told_before_the_step and prompt._supervisor.step_ns > before
         assert estimate == late.add(*sample)
     assert waits > 1000
     assert prompt.state() == late.state()
-    assert not late.catch_up()
+    assert not late.finish_pending()
 
 
 def test_silence_grows_the_interval_goes_stale_and_then_invalid():
     estimator, estimate, rest, _ = converged()
-    soon, later, late = (estimator.coast(estimate.stamp_ns + int(1e6 * ms)) for ms in (20, 50, 100))
+    soon, later, late = (estimator.predict_to(estimate.stamp_ns + int(1e6 * ms)) for ms in (20, 50, 100))
     assert soon.status is Status.VALID
     assert (later.status, later.stiffness_valid) == (Status.STALE, True)
     assert (late.status, late.stiffness_valid, late.damping_valid) == (Status.STALE, False, False)
@@ -200,7 +201,7 @@ def test_after_a_long_gap_the_coefficients_are_still_known():
     estimator, _, rest, stiffness = converged()
     for stamp_ns, force, deflection in rest[:200]:
         estimate = estimator.add(stamp_ns + 5 * SECOND, force, deflection)
-    assert (estimate.reset_count, estimate.reset_reason) == (1, Reset.GAP)
+    assert (estimate.reset_count, estimate.reset_reason) == (1, ResetReason.GAP)
     assert estimate.status is Status.VALID
     assert estimate.stiffness == pytest.approx(stiffness[199], rel=0.01)
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.config.configuration import build
+from vsa_common.types import Array
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.output.estimate import Estimate
-
-Array = NDArray[np.float64]
+from vsa_estimator.settings import EstimatorConfig
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
-from vsa_joint.impedance.reflection import Impedance, Joint, Route, consistent
 from vsa_joint.control.springs import Spring, tendon_travel
+from vsa_joint.impedance.reflection import Impedance, Joint, TendonPath, virtual_work
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand, TransmissionImpedance
 
 pytestmark = pytest.mark.live
@@ -118,7 +118,7 @@ def lab():
 
 def joint_truth():
     sides = tuple(Impedance(spring.stiffness(FORCE), 4000.0, 0.3) for spring in SPRINGS)
-    return consistent(sides, Joint((Route(0.0215, 1e5), Route(0.0215, 1e5)), 0.01, 1e-3))
+    return virtual_work(sides, Joint((TendonPath(0.0215, 1e5), TendonPath(0.0215, 1e5)), 0.01, 1e-3))
 
 
 def test_the_joint_carries_impedance_tension_range_and_both_stamps(lab):

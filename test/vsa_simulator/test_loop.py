@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from vsa_driver.can.bus import Bus, BusConfig, BusError, open_bus
 from vsa_driver.can.frames import RIG_DBC, FrameSet
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.ground_truth import HEADER, TruthFile
+from vsa_simulator.loop import RigLoop
 from vsa_simulator.rig.config import MotorConfig, RigConfig
 from vsa_simulator.rig.rig import Rig
-from vsa_simulator.frames import RigFrames
-from vsa_simulator.loop import RigLoop
-from vsa_simulator.ground_truth import HEADER, TruthFile
 
 pytestmark = pytest.mark.live
 

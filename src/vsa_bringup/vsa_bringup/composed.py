@@ -17,13 +17,13 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
-from vsa_common.ros.subprocesses import end_with
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.config.joints import joints
-from vsa_common.ros.process import run
+from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import SuiteNode
-from vsa_common.ros.idle import Rest
-from vsa_driver.acquisition.channel import Sample
+from vsa_common.ros.process import run
+from vsa_common.ros.subprocesses import end_with
+from vsa_driver.acquisition.channel import Measurement
 from vsa_driver.node import DriverNode
 from vsa_estimator.node import EstimatorNode, impedance_of
 from vsa_estimator.output.estimate import Estimate
@@ -65,7 +65,7 @@ class DirectEstimator(EstimatorNode):
     def take(self, stamp_ns: int, force: float, deflection: float) -> None:
         with self.lock:
             if self.active and not self.refuse(stamp_ns, "force"):
-                while self.catch_up():
+                while self.finish_pending():
                     pass
                 super().take(stamp_ns, force, deflection)
 
@@ -75,9 +75,9 @@ class DirectEstimator(EstimatorNode):
     def on_state_due(self, estimate: Estimate) -> None:
         self._untold = estimate
 
-    def catch_up(self) -> bool:
+    def finish_pending(self) -> bool:
         with self.lock:
-            if super().catch_up():
+            if super().finish_pending():
                 return True
             estimate, self._untold = self._untold, None
             if estimate is not None and self.active:
@@ -102,19 +102,19 @@ class DirectDriver(DriverNode):
         self.on_quiet = self._on_quiet
         super().start()
 
-    def on_sample(self, sample: Sample) -> None:
+    def on_sample(self, sample: Measurement) -> None:
         self.estimators[sample.transmission].take(sample.stamp_ns, sample.force, sample.deflection)
         super().on_sample(sample)
         if not 0 <= sample.stamp_ns - self._looked_ns < LOOK_NS:
             self._looked_ns = sample.stamp_ns
             for estimator in self.estimators.values():  # by the stamps: others may still be waiting to be read
-                estimator.coast(sample.stamp_ns - FOLLOWS_NS - estimator.stamp_ns)
+                estimator.predict_to(sample.stamp_ns - FOLLOWS_NS - estimator.stamp_ns)
 
     def _on_quiet(self, until_ns: int) -> None:
         """Nothing has come: time for one thing that was left to do, and no more, as the next sample may come."""
-        if not any(estimator.catch_up() for estimator in self.estimators.values()):
+        if not any(estimator.finish_pending() for estimator in self.estimators.values()):
             for estimator in self.estimators.values():
-                estimator.coast(until_ns - estimator.arrival_ns)
+                estimator.predict_to(until_ns - estimator.arrival_ns)
 
 
 def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
@@ -135,7 +135,7 @@ class Turns:
 
     def __init__(self, rest_s: float = 0.0) -> None:
         self._spun = 0.0
-        self._rest = Rest(rest_s)
+        self._rest = Coalescer(rest_s)
 
     def __call__(self, executor: Executor, nodes: Sequence[SuiteNode[Any]], wait_s: float) -> None:
         """One turn: what has come of frames, a few at most, then everything else, one thing for each WAIT_S."""

@@ -9,13 +9,13 @@ from multiprocessing.connection import Connection, wait
 from typing import Generic, TypeVar
 
 Result = TypeVar("Result")
-Tell = Callable[[float], None]  # so many steps are done
+ReportProgress = Callable[[float], None]  # so many steps are done
 
 
-class Copies(Generic[Result]):
+class ForkedTasks(Generic[Result]):
     """Works under way. Each is given a function to tell its steps with; what it returns must be picklable."""
 
-    def __init__(self, *works: Callable[[Tell], Result]) -> None:
+    def __init__(self, *works: Callable[[ReportProgress], Result]) -> None:
         """Start them."""
         fork = multiprocessing.get_context("fork")
         self._readers: list[Connection] = []
@@ -25,7 +25,7 @@ class Copies(Generic[Result]):
             writer.close()
             self._readers.append(reader)
 
-    def results(self, tell: Tell = lambda steps: None) -> Sequence[Result]:
+    def results(self, tell: ReportProgress = lambda steps: None) -> Sequence[Result]:
         """What each returned, in order; steps go to `tell`. Raises what a work raised, OSError for one that died."""
         found: dict[Connection, Result] = {}
         while waiting := [reader for reader in self._readers if reader not in found]:
@@ -44,7 +44,7 @@ class Copies(Generic[Result]):
         return [found[reader] for reader in self._readers]
 
 
-def _run(work: Callable[[Tell], Result], writer: Connection) -> None:
+def _run(work: Callable[[ReportProgress], Result], writer: Connection) -> None:
     try:
         writer.send(("done", work(lambda steps: writer.send(("steps", steps)))))
     except Exception as error:  # whatever it is, it is for the process that waits

@@ -10,19 +10,19 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.config.joints import joints
-from vsa_common.ros.process import run
+from vsa_common.ros.diagnostics import CounterDelta, format_increases
 from vsa_common.ros.node import ERROR, OK, WARN, Health, SuiteNode
-from vsa_common.ros.diagnostics import Recent, described
-from vsa_driver.can.bus import BusError, Frame
+from vsa_common.ros.process import run
 from vsa_driver.acquisition.calibration import TareError
-from vsa_driver.acquisition.channel import JointSample, MotorSample, Sample
+from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
+from vsa_driver.acquisition.clock import CaptureClock
+from vsa_driver.acquisition.mapping import load_frames
+from vsa_driver.acquisition.router import Router
+from vsa_driver.can.bus import BusError, Frame
 from vsa_driver.can.frames import FrameError
 from vsa_driver.can.link import BusLink
-from vsa_driver.acquisition.mapping import load_frames
 from vsa_driver.motors.motor import CommandRefused, MotorGate, MotorLimits
-from vsa_driver.acquisition.router import Router
 from vsa_driver.settings import DriverSettings
-from vsa_driver.acquisition.clock import CaptureClock
 from vsa_driver.topics import RigTopics, TransmissionTopics
 
 LOG_EVERY_S = 5.0
@@ -51,7 +51,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._heard_ns = dict.fromkeys(self._router.transmissions, 0)
         self._holding = False
         self._slowest_ns = 0
-        self._recent = Recent()
+        self._recent = CounterDelta()
         self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
         self._rig = RigTopics(self, self._motors)
         rest = self.common.realtime.rest
@@ -104,18 +104,18 @@ class DriverNode(SuiteNode[DriverSettings]):
         failures = {"bus_failures": self.link.failures}
         fine = (".samples", "foreign")  # frames of others on the bus are no trouble
         troubles = {name: count for name, count in (counts | failures).items() if not name.endswith(fine)}
-        trouble = self._recent.rises(troubles, time.monotonic())
+        trouble = self._recent.increases(troubles, time.monotonic())
         if not self.link.up:
             return ERROR, f"bus down: {self.link.reason or 'nobody reads it'}", values
         silent = self._silent()
         if silent:
             failed = f"{self.link.last_reason}, then " if "bus_failures" in trouble else ""
-            besides = f"; {described(trouble)}" if trouble else ""
+            besides = f"; {format_increases(trouble)}" if trouble else ""
             values |= {f"readers {topic.topic_name}": topic.get_subscription_count() for topic in self.publishers}
             return ERROR, f"{failed}no samples of {' and '.join(silent)}{besides}", values
         if trouble:
-            self.get_logger().warning(described(trouble), throttle_duration_sec=LOG_EVERY_S)
-            return WARN, described(trouble), values
+            self.get_logger().warning(format_increases(trouble), throttle_duration_sec=LOG_EVERY_S)
+            return WARN, format_increases(trouble), values
         return OK, "active", values
 
     # In the thread that reads the bus.
@@ -124,7 +124,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         now_ns, steady_ns = time.time_ns(), time.monotonic_ns()
         stamp_ns = self._stamping.epoch(frame.timestamp, now_ns, steady_ns)
         for sample in self._router.add(frame, stamp_ns):
-            if isinstance(sample, Sample):
+            if isinstance(sample, Measurement):
                 self._heard_ns[sample.transmission] = steady_ns
                 self._slowest_ns = max(self._slowest_ns, now_ns - stamp_ns)
                 self.on_sample(sample)
@@ -135,7 +135,7 @@ class DriverNode(SuiteNode[DriverSettings]):
                 self._holding = sample.holding
                 self._rig.publish_motors(sample)
 
-    def on_sample(self, sample: Sample) -> None:
+    def on_sample(self, sample: Measurement) -> None:
         """Publish one sample of a transmission; whoever needs it sooner overrides this."""
         self._topics[sample.transmission].publish(sample)
 

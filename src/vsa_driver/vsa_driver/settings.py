@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, words
+from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, string
 from vsa_driver.can.bus import BusConfig
 
 _FORCE = "message.signal of the DBC that carries the rod force"
@@ -18,9 +18,9 @@ class TransmissionSettings:
     deflection = encoder_scale * (+- signal) + encoder_offset, elongation > 0.
     """
 
-    force_signal: str = words("Transmission1.Force", _FORCE)
-    encoder_signal: str = words("Transmission1.EncoderCount", _ENCODER)
-    counter_signal: str = words("Transmission1.RollingCounter", _COUNTER)
+    force_signal: str = string("Transmission1.Force", _FORCE)
+    encoder_signal: str = string("Transmission1.EncoderCount", _ENCODER)
+    counter_signal: str = string("Transmission1.RollingCounter", _COUNTER)
     force_scale: float = quantity(1.0, "N per unit of the signal", 1e-12, 1e12, "from `./vsa calibrate`")
     force_offset: float = quantity(0.0, "N", -1e5, 1e5, "from `./vsa calibrate`")
     force_reversed: bool = flag(False, "the sensor reads less when the tension grows")
@@ -43,35 +43,37 @@ class TransmissionSettings:
 class SecondTransmissionSettings(TransmissionSettings):
     """As TransmissionSettings, with the signals of the other one."""
 
-    force_signal: str = words("Transmission2.Force", _FORCE)
-    encoder_signal: str = words("Transmission2.EncoderCount", _ENCODER)
-    counter_signal: str = words("Transmission2.RollingCounter", _COUNTER)
+    force_signal: str = string("Transmission2.Force", _FORCE)
+    encoder_signal: str = string("Transmission2.EncoderCount", _ENCODER)
+    counter_signal: str = string("Transmission2.RollingCounter", _COUNTER)
 
 
 @dataclass(frozen=True)
 class JointSettings:
     """Signals of the joint's shaft; an empty one is not measured and not published."""
 
-    angle_signal: str = words("Joint.Angle", "message.signal of the joint angle")
+    angle_signal: str = string("Joint.Angle", "message.signal of the joint angle")
     angle_scale: float = quantity(1.0, "rad per unit of the signal", -1e6, 1e6, "negative where it turns the other way")
-    torque_signal: str = words("Joint.ExternalTorque", "message.signal of the external torque")
+    torque_signal: str = string("Joint.ExternalTorque", "message.signal of the external torque")
     torque_scale: float = quantity(1.0, "N m per unit of the signal", -1e6, 1e6, "negative where it acts the other way")
-    counter_signal: str = words("Joint.RollingCounter", "message.signal that numbers the frames; empty: none")
+    counter_signal: str = string("Joint.RollingCounter", "message.signal that numbers the frames; empty: none")
 
 
 @dataclass(frozen=True)
 class MotorSettings:
     """Signals of the motors and what a command may ask for."""
 
-    position_signals: tuple[str, ...] = words(
+    position_signals: tuple[str, ...] = string(
         ("MotorState.Position1", "MotorState.Position2"), "message.signal of each measured position; empty: none"
     )
-    holding_signal: str = words("MotorState.WatchdogHolding", "message.signal of the device's watchdog; empty: none")
-    counter_signal: str = words("MotorState.RollingCounter", "message.signal that numbers the frames; empty: none")
-    command_signals: tuple[str, ...] = words(
+    holding_signal: str = string("MotorState.WatchdogHolding", "message.signal of the device's watchdog; empty: none")
+    counter_signal: str = string("MotorState.RollingCounter", "message.signal that numbers the frames; empty: none")
+    command_signals: tuple[str, ...] = string(
         ("MotorCommand.Position1", "MotorCommand.Position2"), "message.signal of each wanted position; empty: none"
     )
-    command_counter_signal: str = words("MotorCommand.RollingCounter", "message.signal to number commands; empty: none")
+    command_counter_signal: str = string(
+        "MotorCommand.RollingCounter", "message.signal to number commands; empty: none"
+    )
     scale: float = quantity(1.0, "rad per unit of the signals", 1e-9, 1e6, "of positions and commands alike")
     position_min: float = quantity(-3.0, "rad", -1e4, 1e4, "commands below are refused")
     position_max: float = quantity(8.0, "rad", -1e4, 1e4, "commands above are refused")
@@ -100,8 +102,8 @@ class DriverSettings:
     """All parameters of the driver."""
 
     bus: BusConfig = group(BusConfig)
-    dbc: str = words("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
-    transmissions: tuple[str, ...] = words(("transmission_1", "transmission_2"), "those that are connected")
+    dbc: str = string("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
+    transmissions: tuple[str, ...] = string(("transmission_1", "transmission_2"), "those that are connected")
     transmission_1: TransmissionSettings = group(TransmissionSettings)
     transmission_2: SecondTransmissionSettings = group(SecondTransmissionSettings)
     joint: JointSettings = group(JointSettings)

@@ -7,8 +7,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from vsa_common.ros.cdr import write_counters
 from vsa_common.ros.node import RELIABLE
-from vsa_common.ros.throttle import Throttled
-from vsa_driver.acquisition.channel import JointSample, MotorSample, Sample
+from vsa_common.ros.throttle import ThrottledPublisher
+from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
 from vsa_driver.message_template import Prepared
 from vsa_msgs.msg import CaptureCounters
 
@@ -25,14 +25,14 @@ class TransmissionTopics:
         self._force = node.create_publisher(WrenchStamped, f"{name}/force", RELIABLE)
         self._encoder = node.create_publisher(JointState, f"{name}/encoder", RELIABLE)
         self._captured = node.create_publisher(CaptureCounters, f"{name}/capture_counters", RELIABLE)
-        self._batch: list[Sample] = []
+        self._batch: list[Measurement] = []
 
     @property
     def publishers(self) -> list[Publisher]:
         """To destroy them."""
         return [self._force, self._encoder, self._captured]
 
-    def publish(self, sample: Sample) -> None:
+    def publish(self, sample: Measurement) -> None:
         """Send one sample now; its number goes with the next batch."""
         self._force.publish(self._wrench.fill(sample.stamp_ns, sample.force))
         self._encoder.publish(self._position.fill(sample.stamp_ns, sample.deflection))
@@ -53,7 +53,7 @@ class RigTopics:
         self._angle = _positions("joint", ["joint"])
         self._torque = _torsor("joint", torque=Vector3(z=_MARKS[0]))
         self._motor = _positions("motors", motors)
-        self._angles = Throttled(node, JointState, "joint_states")
+        self._angles = ThrottledPublisher(node, JointState, "joint_states")
         self._torques = node.create_publisher(WrenchStamped, "external_torque", RELIABLE)
         self._motors = node.create_publisher(JointState, "motor_states", RELIABLE)
 

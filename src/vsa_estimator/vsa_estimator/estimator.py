@@ -8,7 +8,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.preprocessing import sensor_checks as signs
+from vsa_common.types import Array, ResetReason, Status
+from vsa_estimator.fault_detection.latch import Health
+from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
 from vsa_estimator.output.predictor import (
     BELIEFS,
     FOLLOWED,
@@ -19,16 +21,14 @@ from vsa_estimator.output.predictor import (
     follow,
     follow_all,
 )
-from vsa_estimator.preprocessing.decimator import Block
-from vsa_estimator.fault_detection.latch import Health
-from vsa_estimator.preprocessing.validation import DROP, JUMP
-from vsa_estimator.force_law.transmission import Array
 from vsa_estimator.output.validity import Known, explain, judge
+from vsa_estimator.precompile import warm_up
+from vsa_estimator.preprocessing import sensor_checks as signs
+from vsa_estimator.preprocessing.decimator import Block
 from vsa_estimator.preprocessing.pipeline import DEFLECTION_SPIKE, FORCE_SPIKE, Samples
+from vsa_estimator.preprocessing.validation import DROP, JUMP
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.supervisor import Supervisor
-from vsa_estimator.output.estimate import Estimate, Reset, State, Status, no_rows, row_of
-from vsa_estimator.precompile import warm_up
 
 STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
 INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
@@ -59,7 +59,7 @@ class Estimator:
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted.
 
-        Where samples are averaged the step that is due comes after the estimate: by `catch_up`, or before the next.
+        Where samples are averaged, the step that is due comes later: by `finish_pending` or before the next sample.
         """
         self._settle()
         samples = self._samples
@@ -72,7 +72,7 @@ class Estimator:
         self._supervisor.blind = False
         return self._report(stamp_ns, instant_ns, force, assessment)
 
-    def add_all(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
+    def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
         """`add` of samples in arrays: a row with the fields of an Estimate from force_valid on for each, NaN for none.
 
         To the bit what `add` says of each of them.
@@ -98,7 +98,7 @@ class Estimator:
             first = until + 1
         return rows
 
-    def catch_up(self) -> bool:
+    def finish_pending(self) -> bool:
         """Do one thing that the last sample has left to do, steps or a slice of learning; whether there was any."""
         if self._left is None:
             return False
@@ -115,10 +115,10 @@ class Estimator:
         return True
 
     def _settle(self) -> None:
-        while self.catch_up():
+        while self.finish_pending():
             pass
 
-    def coast(self, stamp_ns: int) -> Estimate | None:
+    def predict_to(self, stamp_ns: int) -> Estimate | None:
         """Estimate at an instant [ns] without a sample; STALE when silence lasts. None before the first sample."""
         last = self._estimate
         if last is None or stamp_ns <= self._stamp_ns:
@@ -134,7 +134,7 @@ class Estimator:
         shrunk = max(1.0, last.stiffness / max(now.stiffness, 1e-9))  # its variance grows, even where a spring slackens
         return now._replace(stiffness_variance=now.stiffness_variance * shrunk * shrunk)
 
-    def reset(self, reason: Reset = Reset.REQUESTED) -> None:
+    def reset(self, reason: ResetReason = ResetReason.REQUESTED) -> None:
         """Forget everything but the counters."""
         self._health.clear()
         self._begin()
@@ -194,7 +194,7 @@ class Estimator:
             self._dropped += 1
             return None
         if verdict == JUMP:
-            self.reset(Reset.TIME_JUMP)
+            self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
         supervisor = self._supervisor
         supervisor.blind = found & signs.BLINDED > 0

@@ -4,9 +4,9 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array, ResetReason
+from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.output.estimate import Estimate, Reset, State
 
 
 class TransmissionEstimator(Protocol):
@@ -16,11 +16,11 @@ class TransmissionEstimator(Protocol):
         """Take one paired sample in ([ns], [N], [m]); the estimate at its stamp, None where it was dropped."""
         ...
 
-    def add_all(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
+    def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
         """As many samples at once; a row of `values.ROW` for each, NaN where it was dropped."""
         ...
 
-    def catch_up(self) -> bool:
+    def finish_pending(self) -> bool:
         """Do now what the last sample has left to do; whether there was anything."""
         ...
 
@@ -28,11 +28,11 @@ class TransmissionEstimator(Protocol):
         """What is known and how it is doing."""
         ...
 
-    def coast(self, stamp_ns: int) -> Estimate | None:
+    def predict_to(self, stamp_ns: int) -> Estimate | None:
         """Estimate at an instant [ns] without a sample; None before the first sample."""
         ...
 
-    def reset(self, reason: Reset = Reset.REQUESTED) -> None:
+    def reset(self, reason: ResetReason = ResetReason.REQUESTED) -> None:
         """Forget everything but the configuration and the counters."""
         ...
 

@@ -12,15 +12,16 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from vsa_common.ros.cdr import Writer, read_position, read_wrench
-from vsa_common.ros.process import run
+from vsa_common.ros.diagnostics import CounterDelta, format_increases
 from vsa_common.ros.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
-from vsa_common.ros.diagnostics import Recent, described
-from vsa_common.ros.throttle import Throttled
-from vsa_estimator.offline.flight_recorder import FlightRecorder
+from vsa_common.ros.process import run
+from vsa_common.ros.throttle import ThrottledPublisher
+from vsa_common.types import ResetReason, Status
 from vsa_estimator.formulations import create_estimator
+from vsa_estimator.offline.flight_recorder import FlightRecorder
+from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.preprocessing.pairing import Pairing
 from vsa_estimator.settings import NodeConfig
-from vsa_estimator.output.estimate import Estimate, Reset, State, Status
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
 WATCH = 0.005  # how often silence is looked for [s]
@@ -73,9 +74,9 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._overtaken = 0  # estimates that a prediction of a later instant was told before
         self._stamp_seen_ns = -1
         self._looked_ns = self._future_from_ns = 0
-        self._recent = Recent()
+        self._recent = CounterDelta()
         self._ros_clock = cast("ROSClock", self.get_clock())
-        self._impedances = Throttled(self, TransmissionImpedance, f"{name}/impedance")
+        self._impedances = ThrottledPublisher(self, TransmissionImpedance, f"{name}/impedance")
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
         self._inputs = self.listen()
         self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
@@ -91,7 +92,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         ]
 
     def watch(self) -> list[Timer]:
-        """Look for silence now and then; whoever calls `coast` overrides this."""
+        """Look for silence now and then; whoever calls `predict_to` overrides this."""
         return [self.create_timer(WATCH, self._on_watch, clock=self.steady)]
 
     def stop(self) -> None:
@@ -120,7 +121,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             "deflection_rejected": state.deflection_rejected,
             "force_repeated": state.force_repeated,
             "resets": state.reset_count,
-            "last_reset": Reset(state.reset_reason).name,
+            "last_reset": ResetReason(state.reset_reason).name,
         }
         refused = {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
         values |= refused
@@ -130,13 +131,13 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             words += [self._recorder.failed] if self._recorder.failed else []
         lost = {name: getattr(state, name) for name in ("samples_dropped", "force_rejected", "deflection_rejected")}
         lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count}
-        trouble = self._recent.rises(lost | refused, time.monotonic())
+        trouble = self._recent.increases(lost | refused, time.monotonic())
         wrong = [topic for topic in self._refused if f"refused_stamps {topic}" in trouble]
         if wrong:
             return WARN, f"stamps of {' and '.join(wrong)} are zero or in the future", values
         if status is Status.STALE:
             return STALE, NO_SAMPLES, values
-        words += [described(trouble)] if trouble else []
+        words += [format_increases(trouble)] if trouble else []
         level = WARN if trouble and status is Status.VALID else _LEVEL.get(status, WARN)
         return level, "; ".join(words) or "active", values
 
@@ -182,7 +183,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
                 return
             self.stamp_ns = stamp_ns
             self.arrival_ns = time.monotonic_ns()
-            if estimate.reset_count != self._reset_count and estimate.reset_reason is Reset.TIME_JUMP:
+            if estimate.reset_count != self._reset_count and estimate.reset_reason is ResetReason.TIME_JUMP:
                 self._published_ns = self._state_ns = 0
             self._publish(estimate)
             self.on_told()
@@ -193,13 +194,13 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._impedances.publish(estimate.stamp_ns, data, (estimate.status, estimate.stiffness_valid))
 
     def on_told(self) -> None:
-        """Do what could wait until the estimate was out; whoever has no time now calls `catch_up` later."""
-        self.catch_up()
+        """Do what could wait until the estimate was out; whoever has no time now calls `finish_pending` later."""
+        self.finish_pending()
 
-    def catch_up(self) -> bool:
+    def finish_pending(self) -> bool:
         """Do something that the last sample has left to do; whether there was anything."""
         with self.lock:
-            return self.active and self._estimator.catch_up()
+            return self.active and self._estimator.finish_pending()
 
     def on_state_due(self, estimate: Estimate) -> None:
         """Tell what is known, `state_rate` times a second; whoever has no time now calls `tell_state` later."""
@@ -245,9 +246,9 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._watched_ns = now_ns
         silence_ns = now_ns - self.arrival_ns
         if now_ns >= self._patient_ns or silence_ns > IMPATIENT_NS:
-            self.coast(silence_ns)
+            self.predict_to(silence_ns)
 
-    def coast(self, silence_ns: int) -> None:
+    def predict_to(self, silence_ns: int) -> None:
         """Predict on: the sensors have been silent for so long."""
         if not self.arrival_ns or silence_ns < FIRST_STEP * STEP_NS:
             return
@@ -257,7 +258,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             first = max(FIRST_STEP, (self._published_ns - self.stamp_ns) // STEP_NS + 1)
             last = min(self._silence(silence_ns) // STEP_NS, first + STEPS - 1)
             for step in range(first, last + 1):
-                estimate = self._estimator.coast(self.stamp_ns + step * STEP_NS)
+                estimate = self._estimator.predict_to(self.stamp_ns + step * STEP_NS)
                 if estimate is not None:
                     self._publish(estimate)
 
@@ -269,7 +270,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self.lock:
-            self._estimator.reset(Reset.REQUESTED)
+            self._estimator.reset(ResetReason.REQUESTED)
         response.success = True
         return response
 

@@ -1,14 +1,14 @@
 """Compile ahead of the first sample what is compiled."""
 
 import numpy as np
-from vsa_estimator.output.predictor import BELIEFS, assess, follow
-from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.fault_detection.parity_check import Coefficients, Witness
 from vsa_estimator.filter.measurement_noise import NoiseLevel
+from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.initialization.windows import BAND, whiten
+from vsa_estimator.output.predictor import BELIEFS, assess, follow
 from vsa_estimator.preprocessing.pipeline import Samples
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.fault_detection.parity_check import Coefficients, Witness
 
 
 def warm_up() -> None:

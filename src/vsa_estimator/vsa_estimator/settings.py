@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from vsa_common.config.configuration import choice, group, quantity, words
+from vsa_common.config.configuration import choice, group, quantity, string
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class EstimatorConfig:
 class FlightRecorderConfig:
     """Samples around an event, for `replay`."""
 
-    folder: str = words("", "a reset or a complaint writes the samples around it here, as CSV; empty for none")
+    folder: str = string("", "a reset or a complaint writes the samples around it here, as CSV; empty for none")
     samples: int = quantity(30_000, "", 100, 1_000_000, "kept for it: 30 s at 1 kHz, in 24 bytes each")
     after: float = quantity(5.0, "s", 1.0, 60.0, "of them so long after the event")
     files: int = quantity(20, "", 1, 10_000, "of one transmission that are kept; the oldest go")
@@ -72,7 +72,7 @@ class FlightRecorderConfig:
 class NodeConfig(EstimatorConfig):
     """What the estimator node has to be told besides."""
 
-    transmission: str = words("transmission_1", "which transmission: the first part of its topics, and the frame_id")
+    transmission: str = string("transmission_1", "which transmission: the first part of its topics, and the frame_id")
     state_rate: float = quantity(50.0, "Hz", 0.1, 1000.0, "rate of estimator_state")
     pairing_tolerance: float = quantity(
         0.0, "s", 0.0, 0.1, "how far the stamps of force and encoder of one sample may be apart"

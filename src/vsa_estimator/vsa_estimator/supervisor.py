@@ -6,20 +6,20 @@ Where the rod is when the encoder tells another story, whether a motion has brok
 import math
 
 import numpy as np
-from vsa_estimator.output.predictor import BRIDGED
-from vsa_estimator.preprocessing.decimator import Block
-from vsa_estimator.filter.ekf import REST_SPEED
-from vsa_estimator.fault_detection.latch import Health
-from vsa_estimator.filter.process_noise import LEAST, LEAST_HEAVY, JerkDensity
+from vsa_common.types import ResetReason
+from vsa_estimator.fault_detection.consistency import CONTRADICTION, SILENCE, Trust
 from vsa_estimator.fault_detection.encoder_step import Jump
-from vsa_estimator.initialization.scheduler import Learner
+from vsa_estimator.fault_detection.latch import Health
+from vsa_estimator.filter.ekf import REST_SPEED
 from vsa_estimator.filter.measurement_noise import NoiseLevel
+from vsa_estimator.filter.process_noise import LEAST, LEAST_HEAVY, JerkDensity
+from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.initialization.scheduler import Learner
+from vsa_estimator.output.predictor import BRIDGED
 from vsa_estimator.output.validity import inertia_known
+from vsa_estimator.preprocessing.decimator import Block
 from vsa_estimator.preprocessing.pipeline import UNDAMPED, Samples
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.fault_detection.consistency import CONTRADICTION, SILENCE, Trust
-from vsa_estimator.output.estimate import Reset
 
 REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
 NOISE_MEMORY = 9.0  # [s]
@@ -46,7 +46,7 @@ class Supervisor:
         self._samples = samples
         self._health = health
         self.reset_count = 0
-        self.reset_reason = Reset.NONE
+        self.reset_reason = ResetReason.NONE
         self.force_rejected = 0
         self.deflection_rejected = 0
         self.tracker: Tracker
@@ -102,7 +102,7 @@ class Supervisor:
             self._moved_ns = block.stamp_ns
         self._samples.memory[UNDAMPED] = tracker.undamped
         reset = self.trust.weigh(tracker, block.stamp_ns * 1e-9, block, self.blind)
-        if reset is not Reset.NONE:
+        if reset is not ResetReason.NONE:
             self.count_reset(reset)
             if not tracker.knows:
                 self._start_over(self._force)
@@ -178,7 +178,7 @@ class Supervisor:
             tracker.clear_watch()
         elif tracker.suspicious and not self.trust.doubt(tracker, CONTRADICTION):
             self._start_over(block.force)
-            self.count_reset(Reset.INNOVATION)
+            self.count_reset(ResetReason.INNOVATION)
 
     def _start_over(self, force: float) -> None:
         self.trust.forget()
@@ -214,7 +214,7 @@ class Supervisor:
             if not sure or not tracker.contradicts(fit.mean, fit.covariance, fit.acceleration, self.force_noise.std):
                 return
             self.trust.forget()
-            self.count_reset(Reset.INNOVATION)
+            self.count_reset(ResetReason.INNOVATION)
         self._has_fit = True
         floor = np.array([1e-6, (1e-3 * fit.mean[1]) ** 2, 1.0, 1e10, 0.0, 0.0, 0.0])
         tracker.learn(fit.mean, fit.covariance + np.diag(floor))
@@ -230,7 +230,7 @@ class Supervisor:
         self._interrupt(block, deflection_variance)
         self.trust.doubt(self.tracker, SILENCE, broken=True)
         if silence > COUNTED_GAP:
-            self.count_reset(Reset.GAP)
+            self.count_reset(ResetReason.GAP)
 
     def _relocate(self, block: Block, deflection_variance: float) -> None:
         """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
@@ -250,7 +250,7 @@ class Supervisor:
         tracker.place(block.deflection, deflection_variance)
         self.learner.clear()
         self._interrupt(block, deflection_variance)
-        self.count_reset(Reset.DEFLECTION)
+        self.count_reset(ResetReason.DEFLECTION)
         if jumped and not told:  # by a doubt; too little is proven for one
             self._health.complain(words, block.stamp_ns)
 
@@ -262,7 +262,7 @@ class Supervisor:
         self.deflection_noise.interrupt()
         self.force_noise.interrupt()
 
-    def count_reset(self, reason: Reset) -> None:
+    def count_reset(self, reason: ResetReason) -> None:
         """One more reset."""
         self.reset_count += 1
         self.reset_reason = reason

@@ -7,14 +7,14 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from vsa_common.ros.process import run
 from vsa_common.ros.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode
+from vsa_common.ros.process import run
 from vsa_common.stamps import StampMessage, nanoseconds
-from vsa_joint.settings import ControlConfig
+from vsa_joint.control.clock_offset import StampAge
 from vsa_joint.control.controller import Target
 from vsa_joint.control.springs import learned_spring
-from vsa_joint.control.clock_offset import StampAge
-from vsa_joint.control.supervisor import Inputs, JointNow, Mode, Supervisor
+from vsa_joint.control.supervisor import Inputs, JointMeasurement, Mode, Supervisor
+from vsa_joint.settings import ControlConfig
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand
 
 _LEVEL = {Mode.IDLE: OK, Mode.ACTIVE: OK, Mode.HOLDING: ERROR}
@@ -149,8 +149,8 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         self._status.publish(status)
 
 
-def _joint_now(message: JointImpedance) -> JointNow:
-    return JointNow(
+def _joint_now(message: JointImpedance) -> JointMeasurement:
+    return JointMeasurement(
         message.stiffness,
         message.stiffness_valid,
         message.damping,

@@ -11,18 +11,18 @@ from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from vsa_common.ros.cdr import Reader, Writer
-from vsa_common.ros.process import run
 from vsa_common.ros.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
+from vsa_common.ros.process import run
+from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.stamps import NANOSECONDS
-from vsa_common.ros.throttle import Throttled
-from vsa_joint.settings import CONSISTENT, JointConfig
-from vsa_joint.impedance.tension import unloaded_force
-from vsa_joint.impedance.fusion import JointEstimate, JointFusion
+from vsa_common.types import Status
 from vsa_joint.control.motor_map import MotorMap
-from vsa_joint.impedance.pairing import Side
-from vsa_joint.impedance.propagation import Rod
 from vsa_joint.control.springs import Range, Spring, Springs, learned_spring, reachable
-from vsa_joint.impedance.status import Status
+from vsa_joint.impedance.fusion import JointEstimate, JointFusion
+from vsa_joint.impedance.pairing import TransmissionEstimate
+from vsa_joint.impedance.propagation import ImpedanceEstimate
+from vsa_joint.impedance.tension import unloaded_force
+from vsa_joint.settings import CONSISTENT, JointConfig
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
 RANGE_PERIOD_NS = 100_000_000
@@ -44,7 +44,7 @@ class JointNode(SuiteNode[JointConfig]):
         self._reader = Reader(TransmissionImpedance.get_fields_and_field_types())
         self._reason = ""
         self._writer = Writer(JointImpedance())
-        self._impedances = Throttled(self, JointImpedance, "joint_impedance")
+        self._impedances = ThrottledPublisher(self, JointImpedance, "joint_impedance")
         self._states: list[bytes | None] = [None, None]
         self._motor_map, self._motors = MotorMap(self.config), b""
         self._range_ns = 0
@@ -103,7 +103,7 @@ class JointNode(SuiteNode[JointConfig]):
             )
         return level, message, values
 
-    def take(self, side: int, sample: Side) -> None:
+    def take(self, side: int, sample: TransmissionEstimate) -> None:
         """Pair one estimate of side 0 or 1, and publish where that makes a pair; nothing while inactive."""
         with self.lock:
             if not self.active:
@@ -182,11 +182,18 @@ def _spring(state: bytes | None) -> Spring | None:
     return learned_spring(message) if message.k2_valid else None
 
 
-def side_of(stamp_ns: int, impedance: Sequence[float]) -> Side:
+def side_of(stamp_ns: int, impedance: Sequence[float]) -> TransmissionEstimate:
     """What the fusion takes from the numbers of a TransmissionImpedance, in the order of its fields."""
     status = min(_STATUS(impedance), Status.FAULT)
-    row = (stamp_ns, *_FORCE(impedance), Rod(*_ROD(impedance)), *_VALID(impedance), status, *_RESET(impedance))
-    return Side(*row)
+    row = (
+        stamp_ns,
+        *_FORCE(impedance),
+        ImpedanceEstimate(*_ROD(impedance)),
+        *_VALID(impedance),
+        status,
+        *_RESET(impedance),
+    )
+    return TransmissionEstimate(*row)
 
 
 def _places(*names: str) -> Callable[[Sequence[float]], Any]:

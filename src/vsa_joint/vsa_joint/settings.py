@@ -5,7 +5,7 @@ from typing import Any
 
 from vsa_common.config.configuration import ConfigurationError, choice, quantities, quantity
 from vsa_joint.impedance.propagation import RouteStd
-from vsa_joint.impedance.reflection import Joint, Route
+from vsa_joint.impedance.reflection import Joint, TendonPath
 
 CONSISTENT, PAPER = "consistent", "paper"
 
@@ -48,7 +48,7 @@ class Geometry:
     @property
     def joint(self) -> Joint:
         """The geometry for the reflection."""
-        first, second = (Route(r, k) for r, k in zip(self.radius, self.tendon_stiffness, strict=True))
+        first, second = (TendonPath(r, k) for r, k in zip(self.radius, self.tendon_stiffness, strict=True))
         return Joint((first, second), self.joint_damping, self.joint_inertia)
 
     @property

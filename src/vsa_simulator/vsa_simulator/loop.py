@@ -9,10 +9,10 @@ from vsa_driver.can.bus import Bus, BusError, Frame, MalformedFrame
 from vsa_driver.can.frames import FrameError
 from vsa_simulator.faults.failure import Event
 from vsa_simulator.faults.injection import Faults, Outgoing
-from vsa_simulator.rig.rig import Rig
 from vsa_simulator.frames import RigFrames
-from vsa_simulator.pacing import Pacer
 from vsa_simulator.ground_truth import TruthFile
+from vsa_simulator.pacing import Pacer
+from vsa_simulator.rig.rig import Rig
 
 _IDLE_S = 0.01  # between two looks at the bus while the clock stands
 _BREATH_S = 0.0005  # between two bursts, for those who read the bus

@@ -8,19 +8,19 @@ from pathlib import Path
 
 import yaml
 from std_srvs.srv import Trigger
-from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, words
-from vsa_common.ros.process import run
+from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, string
 from vsa_common.ros.node import OK, STEADY, WARN, Health, SuiteNode
+from vsa_common.ros.process import run
+from vsa_driver.acquisition.mapping import load_frames
 from vsa_driver.can.bus import BusConfig, open_bus
 from vsa_driver.can.frames import FrameError
-from vsa_driver.acquisition.mapping import load_frames
-from vsa_simulator.rig.config import RigConfig
-from vsa_simulator.faults.failure import Event, FailureError, parse, scenario
-from vsa_simulator.rig.rig import Rig
-from vsa_simulator.frames import RigFrames
-from vsa_simulator.loop import RigLoop
-from vsa_simulator.ground_truth import TruthFile
 from vsa_msgs.srv import InjectFailure
+from vsa_simulator.faults.failure import Event, FailureError, parse, scenario
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.ground_truth import TruthFile
+from vsa_simulator.loop import RigLoop
+from vsa_simulator.rig.config import RigConfig
+from vsa_simulator.rig.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,11 @@ class SimulatorConfig(RigConfig):
     """The rig, its bus, its clock and where its truth goes."""
 
     bus: BusConfig = group(BusConfig)
-    dbc: str = words("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
+    dbc: str = string("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
     slow_frames_every: int = quantity(5, "sample", 1, 1000, "joint and motor state are sent once in so many samples")
     duration: float = quantity(0.0, "s", 0.0, 1e9, "time after which the rig stands still; 0: never")
-    truth_file: str = words("", "CSV file for the truth of every sample; empty: none")
-    scenario: str = words("", "YAML file of failures and pushes with their times; empty: none")
+    truth_file: str = string("", "CSV file for the truth of every sample; empty: none")
+    scenario: str = string("", "YAML file of failures and pushes with their times; empty: none")
     autostart_clock: bool = flag(True, "let the rig's clock run at once; else the service ~/start does")
 
 

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 from vsa_bench import command as bench
-from vsa_bench.estimation.command import main
 from vsa_bench.estimation.bound import equivalent_jerk_density, force_gradients, posterior_bound
 from vsa_bench.estimation.cases import DEFAULT, QUICK, RIGS, case
+from vsa_bench.estimation.command import main
 from vsa_bench.estimation.methods import METHODS
 from vsa_bench.estimation.recordings import RESOLUTION, record, simulate
 from vsa_bench.estimation.score import confidently_wrong, score, time_to_accuracy

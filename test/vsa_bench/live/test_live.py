@@ -6,11 +6,11 @@ import subprocess
 
 import numpy as np
 import pytest
-from vsa_bench.view import command as bench_view
 from vsa_bench.harness.deployment import Case
 from vsa_bench.harness.run import figures, perform
-from vsa_bench.live.report import HEADER, row
 from vsa_bench.harness.score import Heard, quantiles, score
+from vsa_bench.live.report import HEADER, row
+from vsa_bench.view import command as bench_view
 from vsa_common.ros.subprocesses import executable
 
 pytestmark = pytest.mark.live

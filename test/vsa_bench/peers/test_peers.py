@@ -2,10 +2,7 @@
 
 import numpy as np
 import pytest
-from vsa_bench.peers import grioli_bicchi
-from vsa_bench.peers import literal_eq17
-from vsa_bench.peers import menard
-from vsa_bench.peers import recursive_least_squares
+from vsa_bench.peers import grioli_bicchi, literal_eq17, menard, recursive_least_squares
 from vsa_bench.peers.signals import RANGE, ForgettingLeastSquares, basis, second_derivative, state_variable_filter
 
 RATE = 100.0

@@ -14,7 +14,7 @@ from vsa_common.config.configuration import (
     parameters,
     quantities,
     quantity,
-    words,
+    string,
 )
 
 
@@ -28,7 +28,7 @@ class Example:
     noise: float = quantity(0.017, "N", 1e-6, 100.0, "noise")
     count: int = quantity(3, "", 0, 10, "how many")
     amplitudes: tuple[float, ...] = quantities((1.0, 2.0), "m", 0.0, 5.0, "of the tones")
-    names: tuple[str, ...] = words((), "names")
+    names: tuple[str, ...] = string((), "names")
     kind: str = choice("sine", ("sine", "ramp"), "which")
     quick: bool = flag(False, "or not")
     spring: Spring = group(Spring)

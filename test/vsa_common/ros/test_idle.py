@@ -7,9 +7,9 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from std_msgs.msg import UInt32
 from vsa_common.ros import idle as rest
-from vsa_common.ros.process import Served
+from vsa_common.ros.idle import RESTED, TIRED, WINDOW_S, Coalescer
 from vsa_common.ros.node import RELIABLE
-from vsa_common.ros.idle import RESTED, TIRED, WINDOW_S, Rest
+from vsa_common.ros.process import Spinner
 
 pytestmark = pytest.mark.live
 
@@ -34,14 +34,14 @@ class Clock:
 @pytest.fixture
 def tired():
     clock = Clock()
-    thread = Rest(0.004, lambda: clock.now, lambda: clock.cpu)
+    thread = Coalescer(0.004, lambda: clock.now, lambda: clock.cpu)
     assert clock.work(1.5 * TIRED, 1.0, thread) == 0.004
     return clock, thread
 
 
 def test_a_thread_that_has_little_to_do_never_rests():
     clock = Clock()
-    assert clock.work(0.9 * TIRED, 10.0, Rest(0.004, lambda: clock.now, lambda: clock.cpu)) == 0.0
+    assert clock.work(0.9 * TIRED, 10.0, Coalescer(0.004, lambda: clock.now, lambda: clock.cpu)) == 0.0
 
 
 def test_rests_that_help_go_on_and_end_when_there_is_little_to_do(tired):
@@ -52,7 +52,7 @@ def test_rests_that_help_go_on_and_end_when_there_is_little_to_do(tired):
 
 def test_one_long_turn_is_no_busy_thread():
     clock = Clock()
-    thread = Rest(0.004, lambda: clock.now, lambda: clock.cpu)
+    thread = Coalescer(0.004, lambda: clock.now, lambda: clock.cpu)
     clock.work(0.05, 1.0, thread)
     assert clock.work(1.0, WINDOW_S, thread) == 0.0
 
@@ -67,7 +67,7 @@ def test_a_turn_of_a_busy_thread_serves_all_that_waits(monkeypatch):
     node.create_subscription(UInt32, "numbers", heard.append, RELIABLE)
     publisher = node.create_publisher(UInt32, "numbers", RELIABLE)
     executor.add_node(node)
-    turn = Served(0.004)
+    turn = Spinner(0.004)
     for _ in range(300):  # until the topic has found its reader
         publisher.publish(UInt32(data=0))
         turn(executor, [node], 0.1)

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from vsa_common.ros.throttle import PERIOD_NS, Throttled
+from vsa_common.ros.throttle import PERIOD_NS, ThrottledPublisher
 
 
 class Node:
@@ -16,7 +16,7 @@ class Node:
 
 def test_all_get_everything_and_viewers_one_of_each_span():
     node = Node()
-    topic = Throttled(node, object, "angle")
+    topic = ThrottledPublisher(node, object, "angle")
     for k in range(100):
         topic.publish(10**18 + k * PERIOD_NS // 10, k)
     assert node.heard["angle"] == list(range(100))
@@ -25,7 +25,7 @@ def test_all_get_everything_and_viewers_one_of_each_span():
 
 def test_news_is_not_held_back():
     node = Node()
-    topic = Throttled(node, object, "impedance")
+    topic = ThrottledPublisher(node, object, "impedance")
     for k, status in enumerate("aaabbaaaaa"):
         topic.publish(10**18 + k, k, status)
     assert node.heard["impedance_throttle"] == [0, 3, 5]

@@ -7,10 +7,10 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from vsa_driver.can.bus import Frame
-from vsa_driver.acquisition.channel import JointSample, MotorSample, Sample
+from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
 from vsa_driver.acquisition.mapping import load_frames
 from vsa_driver.acquisition.router import CommandFrames, Router
+from vsa_driver.can.bus import Frame
 from vsa_driver.settings import DriverSettings, MotorSettings, TransmissionSettings
 
 FRAMES = load_frames(DriverSettings().dbc)
@@ -29,7 +29,7 @@ def other(name, **changes):
 
 def test_a_frame_becomes_a_sample_in_si_with_its_capture_stamp():
     [sample] = Router(FRAMES, DriverSettings()).add(transmission(19.5, 1234, 7), NOW)
-    assert sample == Sample("transmission_1", NOW, 7, pytest.approx(19.5), pytest.approx(0.01234))
+    assert sample == Measurement("transmission_1", NOW, 7, pytest.approx(19.5), pytest.approx(0.01234))
 
 
 def test_calibration_turns_the_signal_into_newtons_and_metres():
@@ -138,8 +138,8 @@ def positions(left, right):
 def test_force_and_encoder_of_two_messages_make_one_sample_with_the_stamp_of_the_first(daq):
     assert daq.add(forces(1950, -300), NOW) == []
     one, two = daq.add(positions(9000, -50), NOW + MS)
-    assert one == Sample("transmission_1", NOW, 0, pytest.approx(19.5), pytest.approx(0.009))
-    assert two == Sample("transmission_2", NOW, 0, pytest.approx(-3.0), pytest.approx(-5e-5))
+    assert one == Measurement("transmission_1", NOW, 0, pytest.approx(19.5), pytest.approx(0.009))
+    assert two == Measurement("transmission_2", NOW, 0, pytest.approx(-3.0), pytest.approx(-5e-5))
 
 
 def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_mixed_with_the_next(daq):
@@ -175,7 +175,7 @@ def test_no_frame_raises_and_every_sample_is_finite(frames):
     router = Router(FRAMES, DriverSettings())
     for i, (identifier, extended, data) in enumerate(frames):
         for sample in router.add(Frame(arbitration_id=identifier, is_extended_id=extended, data=data), NOW + i):
-            if isinstance(sample, Sample):
+            if isinstance(sample, Measurement):
                 assert abs(sample.force) < 1e3
                 assert abs(sample.deflection) < 1e6
     counts = router.counts()

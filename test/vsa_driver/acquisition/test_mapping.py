@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import pytest
 from vsa_common.config.configuration import ConfigurationError
-from vsa_driver.can.frames import RIG_DBC
 from vsa_driver.acquisition.mapping import load_frames, sources
 from vsa_driver.acquisition.router import Router
+from vsa_driver.can.frames import RIG_DBC
 from vsa_driver.settings import DriverSettings, MotorSettings, TransmissionSettings
 
 RIG = "package://vsa_driver/config/vsa_rig.dbc"

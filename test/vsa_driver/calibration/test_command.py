@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 import yaml
-from vsa_common.io.bags import Recording
 from vsa_common.config.configuration import load
+from vsa_common.io.bags import Recording
 from vsa_common.io.tables import write_columns
-from vsa_driver.calibration.command import main
 from vsa_driver.acquisition.calibration import Calibration
+from vsa_driver.calibration.command import main
 from vsa_driver.calibration.fit import GaugeError, fit, fit_logs
 from vsa_driver.settings import DriverSettings
 

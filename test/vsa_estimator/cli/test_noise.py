@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from vsa_common.config.configuration import load
 from vsa_common.io.tables import write_columns
-from vsa_estimator.offline.allan import allan
 from vsa_estimator.cli.noise import main
 from vsa_estimator.force_rate.rate_filter import RATE_FILTER, RateFilter, filtered_rate
+from vsa_estimator.offline.allan import allan
 from vsa_estimator.settings import EstimatorConfig
 
 STD = 0.017

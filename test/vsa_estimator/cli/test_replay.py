@@ -15,12 +15,13 @@ from std_msgs.msg import String
 from transmission_data import MULTISINE, TRANSMISSION_1, record
 from vsa_common.io import bags
 from vsa_common.io.tables import read_columns, write_columns
+from vsa_common.types import Status
 from vsa_estimator.cli import replay as replay_tool
+from vsa_estimator.cli.replay import FIELDS, main
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.offline.recordings import is_complete, read_recordings
-from vsa_estimator.cli.replay import FIELDS, main
+from vsa_estimator.output.estimate import ROW, row_of
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.output.estimate import ROW, Status, row_of
 
 SECONDS = 12.0
 COLUMNS = (
@@ -113,13 +114,13 @@ def test_samples_all_at_once_are_told_what_each_is_told_by_itself():
         stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True)]  # fmt: skip
     ends = np.cumsum(np.random.default_rng(5).integers(1, 3000, 40))
     parts = np.split(np.arange(len(force)), ends[ends < len(force)])
-    rows = np.concatenate([all_at_once.add_all(stamp_ns[part], force[part], deflection[part]) for part in parts])
+    rows = np.concatenate([all_at_once.add_many(stamp_ns[part], force[part], deflection[part]) for part in parts])
     np.testing.assert_array_equal(rows, np.array([np.broadcast_to(row, len(ROW)) for row in expected]))
     assert np.isnan(rows[:, 0]).sum() == 3
     assert {Status.CONVERGING, Status.VALID, Status.DEGRADED} <= set(rows[:, ROW.index("status")])
     assert all_at_once.state() == one.state()
     later_ns = int(stamp_ns[-1]) + 30_000_000
-    assert all_at_once.coast(later_ns) == one.coast(later_ns)
+    assert all_at_once.predict_to(later_ns) == one.predict_to(later_ns)
 
 
 def test_an_sqlite_bag_is_read_as_well(tmp_path, samples):

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from transmission_data import MULTISINE, TRANSMISSION_1, record, wrong_start
+from vsa_common.types import ResetReason, Status
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.output.estimate import Reset, Status
 
 RATE, BEGIN = 500, 20.0
 BRISK = (0.009, ((2.5e-3, 0.05), (3.5e-4, 0.7), (1.5e-4, 1.7)))
@@ -65,7 +65,7 @@ def test_a_drifting_force_is_noticed_before_the_stiffness_is_wrong():
 def test_a_force_offset_that_stays_is_taken_over_and_the_stiffness_kept():
     recording, estimates, _, lie = lived_through(force=lambda t, f: f + 5.0 * (t > BEGIN))
     assert lie < LIE
-    assert (estimates[-1].reset_count, estimates[-1].reset_reason) == (1, Reset.INNOVATION)
+    assert (estimates[-1].reset_count, estimates[-1].reset_reason) == (1, ResetReason.INNOVATION)
     assert estimates[-1].status is Status.VALID
     assert estimates[-1].force_offset == pytest.approx(TRANSMISSION_1.force_offset + 5.0, abs=0.3)
     assert estimates[-1].stiffness == pytest.approx(recording.stiffness[-1], rel=0.003)
@@ -139,7 +139,7 @@ NUMBERS = st.floats(width=64) | st.sampled_from([0.0, 0.01, 20.0, -1e300, 5e-324
 def test_no_stamp_and_no_number_makes_the_estimator_raise_or_lie_about_being_finite(samples):
     estimator = Estimator(EstimatorConfig())
     for stamp_ns, force, deflection in samples:
-        for estimate in (estimator.add(stamp_ns, force, deflection), estimator.coast(stamp_ns)):
+        for estimate in (estimator.add(stamp_ns, force, deflection), estimator.predict_to(stamp_ns)):
             assert estimate is None or np.isfinite(estimate).all()
         covariance = np.array(estimator.state().coefficient_covariance).reshape(7, 7)
         assert np.isfinite(covariance).all()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, column, measure, run, wrong_start
+from vsa_common.types import Status
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.fault_detection.encoder_step import Jump
-from vsa_estimator.output.estimate import Status
+from vsa_estimator.filter.process_noise import JerkDensity
 
 QUIET = 1.0
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from vsa_estimator.filter.process_noise import MARGIN, JerkDensity
 from vsa_estimator.filter.measurement_noise import NoiseLevel
+from vsa_estimator.filter.process_noise import MARGIN, JerkDensity
 
 
 def level(values, given=0.017, count=1):

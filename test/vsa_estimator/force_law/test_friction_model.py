@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from transmission_data import TRANSMISSION_1, record, run, wrong_start
-from vsa_estimator.filter import ekf as step
 from vsa_estimator.estimator import Estimator
+from vsa_estimator.filter import ekf as step
 from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, Z, force, friction_form
 
 REFERENCE, DT, SHARE = 0.010, 0.01, 0.02

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from transmission_data import MULTISINE, SLOW, TRANSMISSION_1, column, record, run
 from vsa_common.config.configuration import build
-from vsa_estimator.force_rate.estimator import ForceRateEstimator
+from vsa_common.types import ResetReason, Status
 from vsa_estimator.force_rate.ekf import SIZE, ForceRateFilter, OffsetFilter, R, white_snap
+from vsa_estimator.force_rate.estimator import ForceRateEstimator
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.output.estimate import Reset, Status
 
 FRICTIONLESS = replace(TRANSMISSION_1, coulomb_friction=0.0)
 STATE = np.array([0.010, 1.5e-3, 4e-3, 0.02, 7.0, 3000.0, 3200.0, 0.4, 260.0, -1.0e8])
@@ -109,7 +109,7 @@ def test_bad_samples_are_dropped_and_a_jump_back_starts_again():
     assert estimator.add(2_000_000_000, 30.0, 0.010) is None
     estimate = estimator.add(500_000_000, 30.0, 0.010)
     assert estimate is not None
-    assert (estimate.reset_count, estimate.reset_reason) == (1, Reset.TIME_JUMP)
+    assert (estimate.reset_count, estimate.reset_reason) == (1, ResetReason.TIME_JUMP)
     assert estimator.state().samples_dropped == 2
 
 
@@ -117,7 +117,7 @@ def test_silence_is_stale_and_then_invalid():
     estimator = ForceRateEstimator(good_start())
     run(estimator, record(FRICTIONLESS, SLOW, 5.0))
     last = estimator.state().stamp_ns
-    stale = estimator.coast(last + 200_000_000)
+    stale = estimator.predict_to(last + 200_000_000)
     assert stale is not None
     assert stale.status is Status.STALE
     assert [stale.stiffness_valid, stale.damping_valid, stale.inertia_valid] == [False, False, False]

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from transmission_data import ANOTHER, MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
+from vsa_common.types import Status
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.initialization.windows import BAND, whiten
 from vsa_estimator.initialization.regression import FADING, Fit
-from vsa_estimator.output.estimate import Status
+from vsa_estimator.initialization.windows import BAND, whiten
 
 
 @pytest.mark.parametrize("k2_factor", [0.7, 1.3])

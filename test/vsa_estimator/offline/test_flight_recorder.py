@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from vsa_common.config.configuration import ConfigurationError
+from vsa_common.types import Status
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.offline.flight_recorder import FlightRecorder
 from vsa_estimator.offline.recordings import read_recordings
 from vsa_estimator.settings import EstimatorConfig, FlightRecorderConfig
-from vsa_estimator.output.estimate import Status
 
 PERIOD_NS = 10_000_000
 

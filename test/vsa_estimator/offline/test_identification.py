@@ -10,8 +10,8 @@ import yaml
 from transmission_data import ANOTHER, MULTISINE, SLOW, TRANSMISSION_1, Rig, record
 from vsa_common.config.configuration import load
 from vsa_common.io.tables import write_columns
-from vsa_estimator.offline.identification import NAMES, identify
 from vsa_estimator.cli.identify import main
+from vsa_estimator.offline.identification import NAMES, identify
 from vsa_estimator.offline.recordings import Recording, RecordingError
 from vsa_estimator.settings import EstimatorConfig
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vsa_joint.control.controller import Live, Smoothed, StiffnessControl, Target
+from vsa_joint.control.springs import Spring
+from vsa_joint.impedance.reflection import Impedance, virtual_work
+from vsa_joint.settings import ControlConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig
 from vsa_simulator.rig.dynamics import TRUTH
 from vsa_simulator.rig.rig import Rig
-from vsa_joint.settings import ControlConfig
-from vsa_joint.control.controller import Live, Smoothed, StiffnessControl, Target
-from vsa_joint.impedance.reflection import Impedance, consistent
-from vsa_joint.control.springs import Spring
 
 COLUMN = {name: index for index, name in enumerate(TRUTH)}
 
@@ -55,12 +55,12 @@ class Loop:
             replace(rod, stiffness=spring.stiffness_at(x))
             for rod, spring, x in zip(true, self.springs, deflections, strict=True)
         )
-        estimate = consistent(known, self.control.joint)
+        estimate = virtual_work(known, self.control.joint)
         self.live = Live(
             float(samples.readings.angle[-1]), tuple(0.5 * samples.readings.forces[-1]), estimate.stiffness,
             estimate.damping, (row[COLUMN["motor_1"]], row[COLUMN["motor_2"]]), self.springs,
         )  # fmt: skip
-        stiffness = consistent(tuple(true), self.control.joint).stiffness
+        stiffness = virtual_work(tuple(true), self.control.joint).stiffness
         self.rows.append((stiffness, row[COLUMN["angle"]], row[COLUMN["force_1"]], row[COLUMN["force_2"]]))
 
     def run(self, seconds, stiffness, equilibrium=0.0, push=lambda t: 0.0):

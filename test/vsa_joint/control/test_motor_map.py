@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from vsa_joint.settings import ControlConfig
 from vsa_joint.control.motor_map import MotorMap
 from vsa_joint.control.springs import Spring, force_for, reachable, stiffness_at
+from vsa_joint.settings import ControlConfig
 
 SPRINGS = (
     Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),

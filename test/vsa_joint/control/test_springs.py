@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from vsa_joint.settings import Limits
-from vsa_joint.impedance.reflection import Joint, Route
 from vsa_joint.control.springs import Spring, force_for, partner_force, reachable, relative_std, stiffness_at
+from vsa_joint.impedance.reflection import Joint, TendonPath
+from vsa_joint.settings import Limits
 
 R = 0.0215
-JOINT = Joint((Route(R, 1e5), Route(R, 1e5)))
+JOINT = Joint((TendonPath(R, 1e5), TendonPath(R, 1e5)))
 FIRST = Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39)
 SECOND = Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269)
 SPRINGS = (FIRST, SECOND)

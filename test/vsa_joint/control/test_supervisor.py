@@ -4,18 +4,18 @@ import math
 from dataclasses import replace
 
 import pytest
-from vsa_joint.settings import ControlConfig
+from vsa_common.types import Status
 from vsa_joint.control.controller import Target
 from vsa_joint.control.springs import Spring
-from vsa_joint.impedance.status import Status
-from vsa_joint.control.supervisor import Inputs, JointNow, Mode, Supervisor
+from vsa_joint.control.supervisor import Inputs, JointMeasurement, Mode, Supervisor
+from vsa_joint.settings import ControlConfig
 
 MS = 1_000_000
 SPRINGS = (
     Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
     Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
 )
-GOOD = JointNow(1.5, True, 0.9, True, (25.0, 25.0), True, Status.VALID, "")
+GOOD = JointMeasurement(1.5, True, 0.9, True, (25.0, 25.0), True, Status.VALID, "")
 MOTORS = (2.6, 2.2)
 TARGET = Target(0.0, 1.5)
 

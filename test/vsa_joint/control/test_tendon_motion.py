@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from vsa_joint.impedance.reflection import Joint, Route
-from vsa_joint.control.tendon_motion import Rods
 from vsa_joint.control.springs import Spring, stiffness_at
+from vsa_joint.control.tendon_motion import Rods
+from vsa_joint.impedance.reflection import Joint, TendonPath
 
 DT = 0.01
 SPRINGS = (
@@ -13,8 +13,8 @@ SPRINGS = (
     Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269, damping=2500.0, peak_speed=4.1e-3),
 )
 JOINTS = [
-    Joint((Route(0.0215, 1e5), Route(0.0215, 1e5))),
-    Joint((Route(0.0215, 1e5), Route(0.018, 4e4))),
+    Joint((TendonPath(0.0215, 1e5), TendonPath(0.0215, 1e5))),
+    Joint((TendonPath(0.0215, 1e5), TendonPath(0.018, 4e4))),
 ]
 
 

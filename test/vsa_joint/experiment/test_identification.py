@@ -16,7 +16,7 @@ from vsa_joint.experiment.excitation import (
     multisine,
 )
 from vsa_joint.experiment.identification import average, from_motion, from_response, line_response
-from vsa_joint.impedance.reflection import Impedance, Joint, Route, consistent, response
+from vsa_joint.impedance.reflection import Impedance, Joint, TendonPath, response, virtual_work
 
 RADIUS, JOINT_DAMPING, JOINT_INERTIA = 0.0215, 0.01, 1e-3
 
@@ -118,7 +118,7 @@ def _integrate(y, torque, q, p, kt, dt, substeps):
 
 
 def geometry(tendon):
-    return Joint((Route(RADIUS, tendon), Route(RADIUS, tendon)), JOINT_DAMPING, JOINT_INERTIA)
+    return Joint((TendonPath(RADIUS, tendon), TendonPath(RADIUS, tendon)), JOINT_DAMPING, JOINT_INERTIA)
 
 
 def rods(rig, force):
@@ -147,7 +147,7 @@ def test_with_friction_stiffness_is_within_one_and_damping_within_three_percent(
     rig, joint = Rig(tendon), geometry(tendon)
     torque = largest(FRICTION_LINES, 3, rods(rig, force), joint, 3.4e-3)
     period, true, out = observed(rig, force, torque, (1e-4, 1e-3))
-    found, truth = from_motion(period, joint), consistent(true, joint)
+    found, truth = from_motion(period, joint), virtual_work(true, joint)
     assert found.impedance.stiffness == pytest.approx(truth.stiffness, rel=0.01)
     assert found.impedance.damping == pytest.approx(truth.damping, rel=0.03)
     assert abs(found.impedance.stiffness - truth.stiffness) < 3.0 * found.std.stiffness
@@ -165,7 +165,7 @@ def test_without_friction_the_response_and_all_three_parts_are_right():
     period = average(out["angle"][20000:], out["torque"][20000:], rate, PERIOD)
     measured, true = line_response(period, RESPONSE_LINES), rods(rig, 50.0)
     assert np.abs(measured / response(torque.frequency, true, joint) - 1.0).max() < 0.01
-    found, truth = from_response(torque.frequency, measured, joint).impedance, consistent(true, joint)
+    found, truth = from_response(torque.frequency, measured, joint).impedance, virtual_work(true, joint)
     assert (found.stiffness, found.damping) == pytest.approx((truth.stiffness, truth.damping), rel=0.005)
     assert found.inertia == pytest.approx(truth.inertia, rel=0.02)
 
@@ -174,7 +174,7 @@ def test_a_response_computed_from_equal_rods_gives_them_back_exactly():
     side, joint = Impedance(2000.0, 4000.0, 0.3), geometry(5e4)
     frequency = np.array([0.05, 0.3, 2.0, 9.0, 20.0])
     found = from_response(frequency, response(frequency, (side, side), joint), joint).impedance
-    truth = consistent((side, side), joint)
+    truth = virtual_work((side, side), joint)
     assert (found.stiffness, found.damping, found.inertia) == pytest.approx(
         (truth.stiffness, truth.damping, truth.inertia), rel=1e-6
     )

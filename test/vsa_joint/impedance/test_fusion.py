@@ -2,14 +2,16 @@
 
 import pytest
 from vsa_common.config.configuration import ConfigurationError, build
-from vsa_joint.settings import JointConfig
+from vsa_common.types import ResetReason, Status
 from vsa_joint.impedance.fusion import JointFusion
-from vsa_joint.impedance.pairing import QUEUE, Side
-from vsa_joint.impedance.propagation import Rod
-from vsa_joint.impedance.status import ResetReason, Status
+from vsa_joint.impedance.pairing import QUEUE, TransmissionEstimate
+from vsa_joint.impedance.propagation import ImpedanceEstimate
+from vsa_joint.settings import JointConfig
 
 MS = 1_000_000
-GOOD = Side(0, 40.0, 1e-4, True, Rod(2300.0, 4000.0, 0.37, 100.0, 400.0, 1e-4), True, True, True, Status.VALID)
+GOOD = TransmissionEstimate(
+    0, 40.0, 1e-4, True, ImpedanceEstimate(2300.0, 4000.0, 0.37, 100.0, 400.0, 1e-4), True, True, True, Status.VALID
+)
 
 
 def fusion(**values):

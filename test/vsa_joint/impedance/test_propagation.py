@@ -2,17 +2,25 @@
 
 import numpy as np
 import pytest
-from vsa_joint.impedance.propagation import Rod, RouteStd, consistent_branch, paper_branch, reflect
-from vsa_joint.impedance.reflection import Impedance, Joint, Route, consistent, inertia_terms, paper, valid_frequency
+from vsa_joint.impedance.propagation import ImpedanceEstimate, RouteStd, consistent_branch, paper_branch, reflect
+from vsa_joint.impedance.reflection import (
+    Impedance,
+    Joint,
+    TendonPath,
+    as_printed,
+    inertia_terms,
+    valid_frequency,
+    virtual_work,
+)
 
 R, SHAFT = 0.0215, {"damping": 0.01, "inertia": 1e-3}
-BRANCHES = {"consistent": (consistent_branch, consistent), "paper": (paper_branch, paper)}
+BRANCHES = {"consistent": (consistent_branch, virtual_work), "paper": (paper_branch, as_printed)}
 
 
 def reflected(values, kind):
     """K, D, J from [sigma D M] of both sides, tendon stiffness and radius, by the plain formulas."""
     s1, d1, m1, s2, d2, m2, tendon, radius = values
-    joint = Joint((Route(radius, tendon), Route(radius, 0.8 * tendon)), **SHAFT)
+    joint = Joint((TendonPath(radius, tendon), TendonPath(radius, 0.8 * tendon)), **SHAFT)
     z = BRANCHES[kind][1]((Impedance(s1, d1, m1), Impedance(s2, d2, m2)), joint)
     return np.array([z.stiffness, z.damping, z.inertia])
 
@@ -21,8 +29,8 @@ def reflected(values, kind):
 def test_derivatives_agree_with_the_complex_step(kind):
     point = np.array([2300.0, 4000.0, 0.3755, 2770.0, 3100.0, 0.2295, 1e5, R], dtype=complex)
     for side in (0, 1):
-        rod = Rod(*(point[3 * side : 3 * side + 3].real))
-        branch = BRANCHES[kind][0](rod, Route(R, 1e5 if side == 0 else 0.8e5))
+        rod = ImpedanceEstimate(*(point[3 * side : 3 * side + 3].real))
+        branch = BRANCHES[kind][0](rod, TendonPath(R, 1e5 if side == 0 else 0.8e5))
         for column in range(3):
             step = point.copy()
             step[3 * side + column] += 1e-30j
@@ -35,7 +43,9 @@ def test_derivatives_agree_with_the_complex_step(kind):
         by_step = reflected(step, kind).imag / 1e-30
         total = np.zeros(3)
         for side in (0, 1):
-            branch = BRANCHES[kind][0](Rod(*(point[3 * side : 3 * side + 3].real)), Route(R, (1e5, 0.8e5)[side]))
+            branch = BRANCHES[kind][0](
+                ImpedanceEstimate(*(point[3 * side : 3 * side + 3].real)), TendonPath(R, (1e5, 0.8e5)[side])
+            )
             total += scales[side] * np.array([branch[1][column - 3], branch[3][column - 3], branch[5][column - 3]])
         assert total == pytest.approx(by_step, rel=1e-9, abs=1e-30)
 
@@ -43,8 +53,8 @@ def test_derivatives_agree_with_the_complex_step(kind):
 @pytest.mark.parametrize("kind", ["consistent", "paper"])
 def test_plain_and_propagated_reflection_are_one(kind):
     values = (2300.0, 4000.0, 0.3755, 2770.0, 3100.0, 0.2295, 1e5, R)
-    joint = Joint((Route(R, 1e5), Route(R, 0.8e5)), **SHAFT)
-    rods = (Rod(*values[:3]), Rod(*values[3:6]))
+    joint = Joint((TendonPath(R, 1e5), TendonPath(R, 0.8e5)), **SHAFT)
+    rods = (ImpedanceEstimate(*values[:3]), ImpedanceEstimate(*values[3:6]))
     got = reflect(rods, joint, (RouteStd(), RouteStd()), BRANCHES[kind][0])
     assert [got.stiffness, got.damping, got.inertia] == pytest.approx(list(reflected(values, kind)), rel=1e-12)
     plain = (Impedance(*values[:3]), Impedance(*values[3:6]))
@@ -71,8 +81,8 @@ def monte_carlo(relative, correlation, tendon_std, radius_std, tendon):
     sides = []
     for offset in (0, 3):
         c = covariance[offset : offset + 3, offset : offset + 3]
-        sides.append(Rod(*mean[offset : offset + 3], *np.diag(c), c[0, 1], c[0, 2], c[1, 2]))
-    joint = Joint((Route(R, tendon), Route(R, 0.8 * tendon)), **SHAFT)
+        sides.append(ImpedanceEstimate(*mean[offset : offset + 3], *np.diag(c), c[0, 1], c[0, 2], c[1, 2]))
+    joint = Joint((TendonPath(R, tendon), TendonPath(R, 0.8 * tendon)), **SHAFT)
     errors = (RouteStd(radius_std, tendon_std), RouteStd(radius_std, 0.8 * tendon_std))
     got = reflect((sides[0], sides[1]), joint, errors, consistent_branch)
     return values.std(axis=1), np.sqrt([got.stiffness_variance, got.damping_variance, got.inertia_variance])
@@ -92,8 +102,8 @@ def test_variance_of_inertia_holds_with_damping_to_five_and_tendon_to_ten_percen
 
 
 def test_one_error_of_the_tendon_moves_both_sides_together():
-    rods = (Rod(2300.0, 4000.0, 0.3755), Rod(2300.0, 4000.0, 0.3755))
-    joint = Joint((Route(R, 1e5), Route(R, 1e5)))
+    rods = (ImpedanceEstimate(2300.0, 4000.0, 0.3755), ImpedanceEstimate(2300.0, 4000.0, 0.3755))
+    joint = Joint((TendonPath(R, 1e5), TendonPath(R, 1e5)))
     both = reflect(rods, joint, (RouteStd(0, 1e4), RouteStd(0, 1e4)), consistent_branch)
     one = reflect(rods, joint, (RouteStd(0, 1e4), RouteStd()), consistent_branch)
     assert both.stiffness_variance == pytest.approx(4.0 * one.stiffness_variance)

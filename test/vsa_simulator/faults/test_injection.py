@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 from vsa_driver.can.frames import RIG_DBC
-from vsa_simulator.rig.config import SensorConfig
 from vsa_simulator.faults.failure import INSTANCES, TYPES, Event, Failure, FailureError, parse, scenario
 from vsa_simulator.faults.injection import Faults, Outgoing
+from vsa_simulator.rig.config import SensorConfig
 
 RATE = 100
 

@@ -6,7 +6,6 @@ from math import copysign, exp, log, pi, sin, sqrt, tanh
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from vsa_simulator.rig.single_transmission import BENCH_TRUTH, MOTIONS, record
 from vsa_simulator.rig.config import (
     FrictionConfig,
     JointConfig,
@@ -19,6 +18,7 @@ from vsa_simulator.rig.config import (
 from vsa_simulator.rig.dynamics import TRUTH
 from vsa_simulator.rig.motion import ProfileConfig, Tone, tones
 from vsa_simulator.rig.rig import Rig
+from vsa_simulator.rig.single_transmission import BENCH_TRUTH, MOTIONS, record
 
 T1 = {"F0": 16.39, "k1": 0.776, "k2": 267.2, "d1": 4000.0, "d2": -1.089e8, "d0": 0.3, "m": 0.3755}
 T2 = {"F0": 8.269, "k1": 7.031, "k2": 165.6, "d1": 4000.0, "d2": -1.17e8, "d0": 0.3, "m": 0.2295}

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from vsa_common.config.configuration import ConfigurationError
-from vsa_simulator.rig.single_transmission import MOTIONS
 from vsa_simulator.rig.motion import ProfileConfig, Tone, chirp, dwells, motion_from, position, ramp, tones
+from vsa_simulator.rig.single_transmission import MOTIONS
 
 TIMES = np.arange(0.0, 120.0, 0.01)
 

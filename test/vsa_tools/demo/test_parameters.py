@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from vsa_tools.demo.command import clear, write_run
-from vsa_tools.demo.isolation import claim_corner
 from vsa_bench.harness.deployment import REST_S, Case, write_case
-from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario
-from vsa_tools.demo.parameters import base_parameters, lay_over, write_parameters
 from vsa_common.config.configuration import load
-from vsa_simulator.node import SimulatorConfig
 from vsa_driver.settings import DriverSettings
 from vsa_estimator.settings import NodeConfig
+from vsa_simulator.node import SimulatorConfig
+from vsa_tools.demo.command import clear, write_run
+from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.parameters import base_parameters, lay_over, write_parameters
+from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario
 
 
 def options(folder: Path, seed: int = 3) -> argparse.Namespace:

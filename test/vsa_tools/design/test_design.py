@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
+from vsa_common.config.configuration import ConfigurationError
 from vsa_tools.design.cam import Follower, cam_for, least_preload, rolled_force
 from vsa_tools.design.command import Design, describe, main
 from vsa_tools.design.spring import ExponentialSpring, Specification, spring_from
-from vsa_common.config.configuration import ConfigurationError
 
 PAPER = spring_from(Specification(alpha=1.3288))
 

@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
-from vsa_tools.demo.parameters import base_parameters, write_parameters
-from vsa_tools.topics import suite_topics
-from vsa_tools.evaluation.run_summary import show, summarise
 from vsa_common.io.bags import Recording
-from vsa_common.stamps import set_stamp
 from vsa_common.io.tables import write_columns
+from vsa_common.stamps import set_stamp
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
+from vsa_tools.demo.parameters import base_parameters, write_parameters
+from vsa_tools.evaluation.run_summary import show, summarise
+from vsa_tools.topics import suite_topics
 
 N, RATE = 200, 100
 START_NS = 1_700_000_000_000_000_000

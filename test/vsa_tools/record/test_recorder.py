@@ -11,10 +11,10 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
-from vsa_tools.demo.isolation import claim_corner
-from vsa_common.ros.subprocesses import executable
 from vsa_common.io import bags
 from vsa_common.ros.node import RELIABLE
+from vsa_common.ros.subprocesses import executable
+from vsa_tools.demo.isolation import claim_corner
 
 pytestmark = pytest.mark.live
 

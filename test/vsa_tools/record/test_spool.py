@@ -4,9 +4,9 @@ import resource
 import threading
 
 import pytest
-from vsa_tools.record.spool import Spool
 from vsa_common.io import bags
 from vsa_common.io.bags import Recording
+from vsa_tools.record.spool import Spool
 
 TOPIC = "/vsa/joint_states"
 MESSAGE = b"\x00\x01\x00\x00" + bytes(200)

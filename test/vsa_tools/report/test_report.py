@@ -9,13 +9,13 @@ import paper_run
 import pytest
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
+from vsa_common.io.bags import BagError, Recording
 from vsa_tools.report import command as report
 from vsa_tools.report.data import read_run
 from vsa_tools.report.downsampling import cloud, envelope, extremes
 from vsa_tools.report.panels import force_rate
 from vsa_tools.report.tables import health_table, joint_table, table_1
 from vsa_tools.report.truth import read_truth
-from vsa_common.io.bags import BagError, Recording
 
 SECONDS, RATE = 4.0, 200.0
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from vsa_simulator.faults.failure import TYPES, parse
 from vsa_tools.scenarios.fault_evaluation import (
     NAMES,
     Estimates,
@@ -13,7 +14,6 @@ from vsa_tools.scenarios.fault_evaluation import (
     verdict,
     well_again,
 )
-from vsa_simulator.faults.failure import TYPES, parse
 
 SECOND = 1_000_000_000
 TIME = np.arange(0.0, 30.0, 0.002)

@@ -7,23 +7,23 @@ import numpy as np
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from vsa_tools.scenarios import fault_evaluation as rehearsal
-from vsa_tools.demo.parameters import paper_rig
-from vsa_tools.topics import TRANSMISSIONS
 from vsa_common.config.configuration import load
-from vsa_driver.can.bus import Frame
+from vsa_common.types import Status
 from vsa_driver.acquisition.mapping import load_frames
-from vsa_simulator.rig.dynamics import TRUTH
-from vsa_simulator.faults.failure import scenario
-from vsa_simulator.faults.injection import Faults
-from vsa_simulator.rig.rig import Rig
-from vsa_simulator.frames import RigFrames
-from vsa_simulator.node import SimulatorConfig
 from vsa_driver.acquisition.router import Router
+from vsa_driver.can.bus import Frame
 from vsa_driver.settings import DriverSettings
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.settings import NodeConfig
-from vsa_estimator.output.estimate import Status
+from vsa_simulator.faults.failure import scenario
+from vsa_simulator.faults.injection import Faults
+from vsa_simulator.frames import RigFrames
+from vsa_simulator.node import SimulatorConfig
+from vsa_simulator.rig.dynamics import TRUTH
+from vsa_simulator.rig.rig import Rig
+from vsa_tools.demo.parameters import paper_rig
+from vsa_tools.scenarios import fault_evaluation as rehearsal
+from vsa_tools.topics import TRANSMISSIONS
 
 FILE = Path(get_package_share_directory("vsa_simulator"), "config", "scenario_faults.yaml")
 SECONDS = 157.0

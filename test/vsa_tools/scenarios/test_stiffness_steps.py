@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vsa_tools.scenarios import stiffness_plan as plan
 from vsa_bench.joint.case import estimator_config
 from vsa_bench.joint.experiment import joint_side
+from vsa_estimator.estimator import Estimator
+from vsa_joint.control.controller import Target
+from vsa_joint.control.springs import learned_spring
+from vsa_joint.control.supervisor import Inputs, JointMeasurement, Mode, Supervisor
+from vsa_joint.impedance.fusion import JointFusion
+from vsa_joint.settings import ControlConfig, JointConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig
 from vsa_simulator.rig.dynamics import TRUTH
 from vsa_simulator.rig.rig import Rig
-from vsa_estimator.estimator import Estimator
-from vsa_joint.settings import ControlConfig, JointConfig
-from vsa_joint.control.controller import Target
-from vsa_joint.impedance.fusion import JointFusion
-from vsa_joint.control.springs import learned_spring
-from vsa_joint.control.supervisor import Inputs, JointNow, Mode, Supervisor
+from vsa_tools.scenarios import stiffness_plan as plan
 
 RATE_HZ, CONTROL_HZ = 500, 100
 
@@ -63,7 +63,7 @@ class Chain:
 
     def _read(self, samples, now):
         newest, inputs = self.fusion.newest, self.inputs
-        inputs.joint = JointNow(
+        inputs.joint = JointMeasurement(
             newest.stiffness, newest.stiffness_valid, newest.damping, newest.damping_valid, newest.tension,
             newest.force_valid, int(newest.status), newest.reason,
         )  # fmt: skip

@@ -10,13 +10,13 @@ from aiohttp import WSMsgType, WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import serialize_message
-from vsa_tools.view.time_series import HELD, KEPT, LATE, WIDTH_NS, Board, Delays, Stream, lost, quantity, status_word
+from vsa_common.stamps import set_stamp
+from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_tools.view.events import Events, Tally, Turns
 from vsa_tools.view.reason import why_no_data
 from vsa_tools.view.server import Server
+from vsa_tools.view.time_series import HELD, KEPT, LATE, WIDTH_NS, Board, Delays, Stream, lost, quantity, status_word
 from vsa_tools.view.view_model import Show
-from vsa_common.stamps import set_stamp
-from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 
 SIDE, STATE, JOINT = (k.get_fields_and_field_types() for k in (TransmissionImpedance, EstimatorState, JointImpedance))
 

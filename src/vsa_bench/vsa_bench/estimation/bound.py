@@ -9,11 +9,9 @@ uncertainty and process noise.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_bench.estimation.recordings import RESOLUTION, Recording, Truth
 from vsa_bench.estimation.starts import Start
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 COULOMB_SPEED = 0.15e-3  # of the smoothed friction that an estimator can model [m/s]
 # States [x v a ln_sigma k2 d1 d2 M F0 d0] in N, mm, s (mass: kg), where their covariance is well conditioned.

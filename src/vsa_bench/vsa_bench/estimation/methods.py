@@ -6,15 +6,13 @@ from collections.abc import Callable
 import numpy as np
 from vsa_bench.estimation.recordings import RESOLUTION, Recording
 from vsa_bench.estimation.starts import Start
-from vsa_bench.estimation.track import Array, Track
-from vsa_bench.peers import grioli_bicchi
-from vsa_bench.peers import literal_eq17
-from vsa_bench.peers import menard
-from vsa_bench.peers import recursive_least_squares
+from vsa_bench.estimation.track import Track
+from vsa_bench.peers import grioli_bicchi, literal_eq17, menard, recursive_least_squares
 from vsa_common.config.configuration import build
+from vsa_common.types import Array
 from vsa_estimator.formulations import create_estimator
-from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.output.estimate import Estimate, State
+from vsa_estimator.settings import EstimatorConfig
 
 Method = Callable[[Recording, list[Start]], Track]
 

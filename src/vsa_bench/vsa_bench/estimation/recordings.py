@@ -6,10 +6,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from vsa_bench.estimation.cases import Case, Coefficients
+from vsa_common.types import Array
 from vsa_simulator.rig import single_transmission as bench
 from vsa_simulator.rig.config import TransmissionConfig
-
-Array = NDArray[np.float64]
 
 RESOLUTION = 1e-5  # step of the encoder [m]
 

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 from vsa_bench.estimation.bound import Bound
 from vsa_bench.estimation.recordings import Recording
-from vsa_bench.estimation.track import Array, Track
+from vsa_bench.estimation.track import Track
+from vsa_common.types import Array
 
 Mask = NDArray[np.bool_]
 

@@ -3,9 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 
 def unknown() -> Array:

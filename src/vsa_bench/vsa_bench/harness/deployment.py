@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from vsa_common.ros.subprocesses import executable
-from vsa_tools.demo.parameters import Layer, base_parameters, write_parameters
 from vsa_tools.demo.harness import Part
+from vsa_tools.demo.parameters import Layer, base_parameters, write_parameters
 
 RIG_PRIORITY = 50  # where permitted: a real rig is no process that has to wait for others
 CONTROLLER_PRIORITY = 60  # likewise: a controller is what the estimates are for

@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from vsa_tools.demo.isolation import claim_corner
-from vsa_bench.harness.deployment import CONTROLLER_PRIORITY, Case, apart, rigs, suite, write_case
 from vsa_bench.harness.delay import Lateness
+from vsa_bench.harness.deployment import CONTROLLER_PRIORITY, Case, apart, rigs, suite, write_case
 from vsa_bench.harness.observer import Observer
 from vsa_bench.harness.score import Score, quantiles, score
 from vsa_bench.harness.usage import cpu_seconds, resident_mb, stolen_seconds
+from vsa_common.ros.realtime import RealTime, temporarily_applied
 from vsa_common.ros.subprocesses import ProcessError
 from vsa_tools.demo.harness import READY_S, SETTLE_S, Stage
-from vsa_common.ros.realtime import RealTime, for_a_while
+from vsa_tools.demo.isolation import claim_corner
 
 WARM_UP = 0.2  # share of the run after which memory is looked at first
 DRAIN_S = 5.0  # that what is queued up may take at the end, besides half the run
@@ -45,7 +45,7 @@ def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] 
         names = [part.name for part in [*simulated, *members]] + list(besides(stage))
         pids = {name: stage.group[name].pid for name in names}
         watched = pids | {"subscriber": os.getpid()}
-        with for_a_while(_controller(case)):
+        with temporarily_applied(_controller(case)):
             for space in case.namespaces:
                 stage.request(f"/{space}/rig_simulator/start")
             lateness.forget()

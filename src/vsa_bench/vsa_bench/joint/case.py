@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from vsa_common.config.configuration import build
-from vsa_simulator.rig.config import RigConfig, TorqueConfig, TransmissionConfig
 from vsa_estimator.settings import EstimatorConfig
-from vsa_joint.settings import JointConfig
 from vsa_joint.experiment.excitation import FRICTION_LINES, RESPONSE_LINES, Multisine, largest, multisine
-from vsa_joint.impedance.reflection import Impedance, Joint, Route, Sides
+from vsa_joint.impedance.reflection import Impedance, Joint, Sides, TendonPath
+from vsa_joint.settings import JointConfig
+from vsa_simulator.rig.config import RigConfig, TorqueConfig, TransmissionConfig
 
 RATE_HZ, EXACT_RATE_HZ = 200, 1000  # the second where lines up to 20 Hz must not pass for noise
 SMALL_TORQUE = 0.02  # N m rms, without friction
@@ -84,7 +84,7 @@ def rods_at_rest(case: Case, rig: RigConfig) -> Sides:
 
 def geometry(rig: RigConfig) -> Joint:
     """The rig's own geometry."""
-    first, second = (Route(rig.joint.radius, c.tendon_stiffness) for c in (rig.transmission_1, rig.transmission_2))
+    first, second = (TendonPath(rig.joint.radius, c.tendon_stiffness) for c in (rig.transmission_1, rig.transmission_2))
     return Joint((first, second), rig.joint.damping, rig.joint.inertia)
 
 

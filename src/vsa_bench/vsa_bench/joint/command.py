@@ -13,11 +13,11 @@ from vsa_bench.joint.experiment import Outcome, run
 from vsa_bench.joint.plot import plot
 from vsa_bench.joint.recorded import identify_bag
 from vsa_bench.joint.report import HEADER, NOTE, case_json, rows, summary
-from vsa_common.io.bags import BagError
 from vsa_common.config.configuration import load
+from vsa_common.io.bags import BagError
 from vsa_common.terminal import progress, show_table
-from vsa_joint.settings import JointConfig
 from vsa_joint.experiment.excitation import PERIOD
+from vsa_joint.settings import JointConfig
 
 FORCES = (19.5, 30.0, 50.0, 80.0, 120.0)  # N, five levels of co-contraction
 TENDONS = (2e4, 1e5, 2e6)  # N/m

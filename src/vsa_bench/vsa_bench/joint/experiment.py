@@ -16,19 +16,18 @@ from vsa_bench.joint.case import (
     travel,
 )
 from vsa_bench.joint.operating_point import Place, rods_of
-from vsa_simulator.rig.config import RigConfig
-from vsa_simulator.rig.dynamics import TRUTH
-from vsa_simulator.rig.rig import Rig
+from vsa_common.types import Array
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.output.estimate import Estimate
 from vsa_joint.experiment.excitation import PERIOD
-from vsa_joint.impedance.fusion import JointEstimate, JointFusion
 from vsa_joint.experiment.identification import Identified, average, from_motion, from_response, line_response
-from vsa_joint.impedance.pairing import Side
-from vsa_joint.impedance.propagation import Rod
-from vsa_joint.impedance.reflection import Impedance, consistent, paper, response, valid_frequency
-
-Array = NDArray[np.float64]
+from vsa_joint.impedance.fusion import JointEstimate, JointFusion
+from vsa_joint.impedance.pairing import TransmissionEstimate
+from vsa_joint.impedance.propagation import ImpedanceEstimate
+from vsa_joint.impedance.reflection import Impedance, as_printed, response, valid_frequency, virtual_work
+from vsa_simulator.rig.config import RigConfig
+from vsa_simulator.rig.dynamics import TRUTH
+from vsa_simulator.rig.rig import Rig
 
 LEARNING, SETTLING, PERIODS = 36.0, 4.0, 2  # s, s, periods used; one more is dropped before them
 COMMAND_RATE_HZ = 100
@@ -97,7 +96,7 @@ def run(case: Case) -> Outcome:
     chosen = [row for row in estimates if row >= first]
     live, truth = [estimates[row] for row in chosen], recording.truth[chosen]
     place = Place(truth, case.frictionless)
-    reflected = [place.at_rest([by(rods_of(row), joint) for row in truth]) for by in (consistent, paper)]
+    reflected = [place.at_rest([by(rods_of(row), joint) for row in truth]) for by in (virtual_work, as_printed)]
     tension = recording.truth[used][:, [TRUTH.index("tension_1"), TRUTH.index("tension_2")]].mean(axis=0)
     valid = valid_frequency(rods, joint) >= JUDGED_FREQUENCY
     return Outcome(
@@ -144,13 +143,13 @@ def estimate(recording: Recording, config: RigConfig) -> list[JointEstimate]:
     return out
 
 
-def joint_side(e: Estimate) -> Side:
+def joint_side(e: Estimate) -> TransmissionEstimate:
     """What the joint core needs of an estimate."""
-    rod = Rod(
+    rod = ImpedanceEstimate(
         e.stiffness, e.damping, e.inertia, e.stiffness_variance, e.damping_variance, e.inertia_variance,
         e.stiffness_damping_covariance, e.stiffness_inertia_covariance, e.damping_inertia_covariance,
     )  # fmt: skip
-    return Side(
+    return TransmissionEstimate(
         e.stamp_ns, e.force, e.force_variance, e.force_valid, rod, e.stiffness_valid, e.damping_valid,
         e.inertia_valid, e.status, e.reset_count, e.reset_reason,
     )  # fmt: skip

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_simulator.rig.dynamics import TRUTH
+from vsa_common.types import Array
 from vsa_joint.impedance.fusion import JointEstimate
 from vsa_joint.impedance.reflection import Impedance, Sides
-
-Array = NDArray[np.float64]
+from vsa_simulator.rig.dynamics import TRUTH
 
 NEAR = 0.5  # standard deviations from the middle that still count as there
 NAMES = ("stiffness", "damping", "inertia")

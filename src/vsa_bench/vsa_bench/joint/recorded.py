@@ -3,13 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_common.io.bags import read
 from vsa_common.stamps import nanoseconds
+from vsa_common.types import Array
 from vsa_joint.experiment.identification import Identified, average, from_motion
 from vsa_joint.impedance.reflection import Joint
 
-Array = NDArray[np.float64]
 RATE_HZ = 200.0  # of the common grid
 LONGEST_GAP = 0.1  # s
 

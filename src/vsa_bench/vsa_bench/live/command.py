@@ -10,12 +10,12 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from vsa_tools.demo.isolation import IsolationError
 from vsa_bench.harness.deployment import COMPOSED, MODES, ORDINARY, SEPARATE, Case
 from vsa_bench.harness.run import perform
 from vsa_bench.live.report import HEADER, NOTE, plot, row
 from vsa_common.ros.subprocesses import ProcessError, renice
 from vsa_common.terminal import progress, show_table
+from vsa_tools.demo.isolation import IsolationError
 
 RATES = (100, 200, 500, 1000, 2000)
 DURATION_S, QUICK_S = 10.0, 15.0

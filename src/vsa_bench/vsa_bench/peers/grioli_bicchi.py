@@ -6,7 +6,8 @@ d sigma/dt = alpha (force_rate - damper_rate - sigma v) sgn(v). The damper's law
 """
 
 import numpy as np
-from vsa_bench.peers.signals import Array, second_derivative, state_variable_filter
+from vsa_bench.peers.signals import second_derivative, state_variable_filter
+from vsa_common.types import Array
 
 CUTOFF = 3.0  # of force rate, velocity and acceleration [Hz]
 GAIN = 1000.0  # alpha [1/m]; cutoff and gain are the best of a grid over slow, multisine and 0.5 Hz motions

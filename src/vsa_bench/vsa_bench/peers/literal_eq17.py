@@ -8,10 +8,8 @@ measurement. Row 3 has (z4 + z3 z5) where eq. (14) has (z4 z2 + z3 z5), rows 4 a
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 RATE_FILTER = 0.19  # time constant that section VI's 0.017 N and 0.088 N/s imply together [s]
 BEYOND = 1e9  # a state larger than this has diverged

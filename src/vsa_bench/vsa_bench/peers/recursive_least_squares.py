@@ -8,7 +8,8 @@ the force sensor here. The damper is fitted jointly.
 """
 
 import numpy as np
-from vsa_bench.peers.signals import Array, ForgettingLeastSquares, basis, evaluation_point, state_variable_filter
+from vsa_bench.peers.signals import ForgettingLeastSquares, basis, evaluation_point, state_variable_filter
+from vsa_common.types import Array
 
 # The best of a grid over slow, multisine and 0.5 Hz motions.
 DEGREE = 4

@@ -5,10 +5,8 @@ Arrays are (recordings, samples).
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 QUIET = 0.02e-3  # an encoder noisier than this is smoothed before a polynomial is evaluated at it [m]
 RANGE = (0.0, 0.020)  # deflection that the polynomials span [m]

@@ -6,23 +6,21 @@ from collections.abc import Iterator
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_bench.harness.usage import resident_mb
-from vsa_tools.demo.parameters import paper_rig
 from vsa_common.config.configuration import build, node_values, parameters
 from vsa_common.terminal import progress
-from vsa_driver.can.bus import Frame
-from vsa_driver.acquisition.channel import Sample
-from vsa_driver.can.frames import RIG_DBC, FrameSet
-from vsa_simulator.rig.config import RigConfig
+from vsa_common.types import Array
+from vsa_driver.acquisition.channel import Measurement
 from vsa_driver.acquisition.router import Router
+from vsa_driver.can.bus import Frame
+from vsa_driver.can.frames import RIG_DBC, FrameSet
 from vsa_driver.settings import DriverSettings
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.settings import EstimatorConfig
+from vsa_simulator.rig.config import RigConfig
+from vsa_tools.demo.parameters import paper_rig
 
 Config = TypeVar("Config")
-Array = NDArray[np.float64]
-
 CHUNK = 6000  # samples between two looks at the covariance
 RATE_HZ = 25
 KNOWN_IDS = (0x101, 0x102, 0x110, 0x120, 0x200)
@@ -54,7 +52,7 @@ def soak_frames(count: int, seed: int = 1) -> dict[str, Any]:
         for number, frame in enumerate(random_frames(count, seed)):
             stamp_ns += int(rng.integers(-1_000, 2_000_000))
             for sample in router.add(frame, stamp_ns):
-                if isinstance(sample, Sample):
+                if isinstance(sample, Measurement):
                     estimate = estimators[sample.transmission].add(sample.stamp_ns, sample.force, sample.deflection)
                     taken += 1
                     unsound += estimate is not None and not np.isfinite(estimate).all()

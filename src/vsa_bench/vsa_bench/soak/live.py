@@ -7,14 +7,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vsa_tools.demo.command import PARTS
-from vsa_tools.demo.isolation import claim_corner
 from vsa_bench.harness.usage import resident_mb
-from vsa_tools.demo.parameters import base_parameters, write_parameters
-from vsa_tools.demo.harness import Stage
 from vsa_common.ros.node import RELIABLE
 from vsa_common.terminal import progress
 from vsa_msgs.msg import EstimatorState
+from vsa_tools.demo.command import PARTS
+from vsa_tools.demo.harness import Stage
+from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.parameters import base_parameters, write_parameters
 
 RATE_HZ = 500
 WARM_S = 30.0  # or a fifth of the time: until then a process still makes itself at home

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from vsa_tools.demo.command import free_port
-from vsa_tools.demo.isolation import IsolationError
 from vsa_bench.harness.deployment import COMPOSED, SEPARATE, Case
 from vsa_bench.harness.run import nobody, perform
 from vsa_bench.live.report import OUTSIDE
 from vsa_common.ros.subprocesses import ProcessError, executable
-from vsa_tools.demo.harness import Stage
 from vsa_common.terminal import progress, show_table
+from vsa_tools.demo.command import free_port
+from vsa_tools.demo.harness import Stage
+from vsa_tools.demo.isolation import IsolationError
 
 BEFORE_S = 4.0  # for server and browser to come up, not measured
 SERVER = "view"

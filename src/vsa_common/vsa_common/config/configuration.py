@@ -107,7 +107,7 @@ def flag(default: bool, text: str) -> Any:
     return field(default=default, metadata={"text": text})
 
 
-def words(default: str | tuple[str, ...], text: str) -> Any:
+def string(default: str | tuple[str, ...], text: str) -> Any:
     """A text, or a list of texts."""
     return field(default=default, metadata={"text": text})
 

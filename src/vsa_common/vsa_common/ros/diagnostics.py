@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Mapping
 
 
-class Recent:
+class CounterDelta:
     """Remembers counters for `seconds` [s]; times are of a steady clock.
 
     >>> recent = Recent()
@@ -18,7 +18,7 @@ class Recent:
         self._seconds = seconds
         self._past: deque[tuple[float, dict[str, int]]] = deque()
 
-    def rises(self, counts: Mapping[str, int], now: float) -> dict[str, int]:
+    def increases(self, counts: Mapping[str, int], now: float) -> dict[str, int]:
         """By how much each counter that rose did, since the last look that is no younger than `seconds`."""
         self._past.append((now, dict(counts)))
         while len(self._past) > 2 and now - self._past[1][0] >= self._seconds:
@@ -27,7 +27,7 @@ class Recent:
         return {name: count - first.get(name, 0) for name, count in counts.items() if count > first.get(name, 0)}
 
 
-def described(rises: Mapping[str, int]) -> str:
+def format_increases(rises: Mapping[str, int]) -> str:
     """Words for a diagnostic.
 
     >>> described({"lost": 2, "late": 1})

@@ -11,7 +11,7 @@ SMOOTHING = 0.2  # of each window in the share
 TIRED, RESTED = 0.24, 0.12  # shares of a core at which rests begin and end
 
 
-class Rest:
+class Coalescer:
     """Of the thread that asks `due`, `seconds` each, while it is busy.
 
     `now` and `cpu` are a steady clock and the thread's processor time [s].

@@ -15,21 +15,21 @@ from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 from vsa_common.config.configuration import ConfigurationError, parameter_files, read_parameter_file
+from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import RCLError, SuiteNode
-from vsa_common.ros.realtime import ask_for, compute_alone, wake_on_time
-from vsa_common.ros.idle import Rest
+from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
 
 WAIT_S = 1.0  # for something to do, at most, before signals are looked for
 
 
-class Served:
+class Spinner:
     """Whatever comes, one thing at a time while there is little, and all that has gathered during a rest otherwise.
 
     Rests need an executor that serves in the order of arrival, as EventsExecutor does.
     """
 
     def __init__(self, rest_s: float) -> None:
-        self._rest = Rest(rest_s)
+        self._rest = Coalescer(rest_s)
 
     def __call__(self, executor: Executor, _: Sequence[SuiteNode[Any]], wait_s: float) -> None:
         """One turn."""
@@ -47,7 +47,7 @@ def run(
     create: Callable[[], SuiteNode[Any] | Sequence[SuiteNode[Any]]],
     args: list[str] | None = None,
     executor: Callable[[], Executor] = EventsExecutor,
-    turn: Callable[[float], Callable[[Executor, Sequence[SuiteNode[Any]], float], None]] = Served,
+    turn: Callable[[float], Callable[[Executor, Sequence[SuiteNode[Any]], float], None]] = Spinner,
 ) -> int:
     """Live as one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line if one cannot start.
 
@@ -68,7 +68,7 @@ def run(
     try:
         check_parameter_files(sys.argv if args is None else args)
         tune_middleware()
-        wake_on_time()
+        set_timer_slack()
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         spinner = executor()
         speaker = ""  # a node that cannot be names itself
@@ -78,9 +78,9 @@ def run(
             speaker = f"{node.get_name()}: "
             spinner.add_node(node)
             node.autostart()
-            for refusal in ask_for(node.common.realtime):
+            for refusal in apply_hints(node.common.realtime):
                 node.get_logger().warning(refusal)
-        compute_alone()
+        limit_blas_threads()
         inspect.getframeinfo(sys._getframe())  # walks all modules once; else the first warning would, for 70 ms
         gc.freeze()  # what is there now stays; the collector need not walk through it again
         hints = [node.common.realtime for node in nodes]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
-from vsa_common.config.configuration import flag, quantity, words
+from vsa_common.config.configuration import flag, quantity, string
 
 _MCL_CURRENT, _MCL_FUTURE = 1, 2  # <sys/mman.h>
 _PR_SET_TIMERSLACK = 29  # <linux/prctl.h>
@@ -23,7 +23,7 @@ class RealTime:
 
     priority: int = quantity(0, "", 0, 99, "SCHED_FIFO priority of the whole process; 0: the ordinary scheduler")
     nice: int = quantity(0, "", -20, 19, "weight in the ordinary scheduler, -20 is the most; 0 leaves it")
-    cores: str = words("", "run on these cores alone, like 1 or 2-3 or 1,3; empty leaves it to the kernel")
+    cores: str = string("", "run on these cores alone, like 1 or 2-3 or 1,3; empty leaves it to the kernel")
     busy: bool = flag(False, "look for work without ever sleeping: takes a core, which is never cold then")
     rest: float = quantity(
         0.0, "s", 0.0, 0.05, "rest between turns of a thread that takes a quarter of a core; 0: none"
@@ -31,17 +31,17 @@ class RealTime:
     lock_memory: bool = flag(False, "keep the process in memory: no sample waits for the disk")
 
 
-def compute_alone() -> None:
+def limit_blas_threads() -> None:
     """Linear algebra in the thread that asks for it: helpers on busy cores keep a sample waiting for 100 ms."""
     threadpool_limits(limits=1)
 
 
-def wake_on_time() -> None:
+def set_timer_slack() -> None:
     """End waits of this thread, and of those that it starts, when they should: by default the kernel adds 50 us."""
     _LIBC.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
-def ask_for(hints: RealTime) -> list[str]:
+def apply_hints(hints: RealTime) -> list[str]:
     """Apply `hints` to every thread of this process; why, with the remedy, for each that was refused."""
     refusals = []
     if hints.nice:
@@ -57,14 +57,14 @@ def ask_for(hints: RealTime) -> list[str]:
 
 
 @contextmanager
-def for_a_while(hints: RealTime) -> Iterator[list[str]]:
-    """`ask_for` hints about cores and priority; who was there before has its own back in the end."""
+def temporarily_applied(hints: RealTime) -> Iterator[list[str]]:
+    """`apply_hints` hints about cores and priority; who was there before has its own back in the end."""
     before = {
         thread: (os.sched_getaffinity(thread), os.sched_getscheduler(thread), os.sched_getparam(thread))
         for thread in _threads()
     }
     try:
-        yield ask_for(hints)
+        yield apply_hints(hints)
     finally:
         for thread, (affinity, scheduler, parameters) in before.items():
             with suppress(ProcessLookupError):

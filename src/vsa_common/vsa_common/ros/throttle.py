@@ -10,7 +10,7 @@ SUFFIX = "_throttle"  # as topic_tools names it
 PERIOD_NS = 20_000_000  # one message for each of these spans of the stamps
 
 
-class Throttled:
+class ThrottledPublisher:
     """Publisher of TOPIC and, less often, of TOPIC_throttle: the same bytes."""
 
     def __init__(self, node: Node, kind: Any, topic: str) -> None:

@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 from vsa_driver.acquisition.calibration import Calibration, Tare
 from vsa_driver.acquisition.counter import Unwrapped
-from vsa_driver.can.frames import FrameSet
 from vsa_driver.acquisition.mapping import Source, sources
-from vsa_driver.settings import JointSettings, MotorSettings, TransmissionSettings
 from vsa_driver.acquisition.stream import COUNTER, Reading, Stream
+from vsa_driver.can.frames import FrameSet
+from vsa_driver.settings import JointSettings, MotorSettings, TransmissionSettings
 
 
-class Sample(NamedTuple):
+class Measurement(NamedTuple):
     """One sample of a transmission."""
 
     transmission: str
@@ -60,7 +60,7 @@ class TransmissionCapture:
             reach=abs(ends[1] - ends[0]),
         )
 
-    def add(self, index: int, data: bytes, stamp_ns: int) -> Sample | None:
+    def add(self, index: int, data: bytes, stamp_ns: int) -> Measurement | None:
         """Take a frame of message `index` of `stream.sources`."""
         reading = self.stream.add(index, data, stamp_ns)
         if reading is None:
@@ -69,7 +69,7 @@ class TransmissionCapture:
         deflection = self._deflection(self._count.add(reading.values[self._encoder_index]))
         self.force_saturated += abs(force) >= self._settings.force_limit
         self.deflection_saturated += not self._settings.deflection_min <= deflection <= self._settings.deflection_max
-        return Sample(self.name, reading.stamp_ns, reading.number, self.tare.add(force), deflection)
+        return Measurement(self.name, reading.stamp_ns, reading.number, self.tare.add(force), deflection)
 
     def counts(self) -> dict[str, int]:
         """Everything counted, by name."""

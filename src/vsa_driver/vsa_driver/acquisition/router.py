@@ -3,21 +3,21 @@
 from collections.abc import Iterator
 
 from vsa_common.config.configuration import ConfigurationError
-from vsa_driver.can.bus import Frame
 from vsa_driver.acquisition.channel import (
     JointCapture,
     JointSample,
+    Measurement,
     MotorCapture,
     MotorSample,
-    Sample,
     TransmissionCapture,
 )
-from vsa_driver.can.frames import FrameError, FrameSet
 from vsa_driver.acquisition.mapping import Source, sources
-from vsa_driver.settings import DriverSettings, MotorSettings
 from vsa_driver.acquisition.stream import COUNTER
+from vsa_driver.can.bus import Frame
+from vsa_driver.can.frames import FrameError, FrameSet
+from vsa_driver.settings import DriverSettings, MotorSettings
 
-Captured = Sample | JointSample | MotorSample
+Captured = Measurement | JointSample | MotorSample
 Part = TransmissionCapture | JointCapture | MotorCapture
 
 _EXTENDED = 1 << 31  # sets 29-bit identifiers apart from 11-bit ones

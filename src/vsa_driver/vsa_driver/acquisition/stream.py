@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from vsa_driver.acquisition.counter import COUNTED, RollingCounter
-from vsa_driver.can.frames import FrameError
 from vsa_driver.acquisition.mapping import Source
+from vsa_driver.can.frames import FrameError
 
 COUNTER = "counter"
 

@@ -6,12 +6,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from vsa_common.io.bags import BagError, read, topics
 from vsa_common.config.configuration import ConfigurationError, load
-from vsa_common.stamps import nanoseconds
+from vsa_common.io.bags import BagError, read, topics
 from vsa_common.io.tables import TableError, read_columns
+from vsa_common.stamps import nanoseconds
 from vsa_common.terminal import show_table
-from vsa_driver.calibration.fit import Array, GaugeError, GaugeFit, fit, fit_logs
+from vsa_common.types import Array
+from vsa_driver.calibration.fit import GaugeError, GaugeFit, fit, fit_logs
 from vsa_driver.settings import DriverSettings, TransmissionSettings
 
 

@@ -4,9 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 _FEWEST = 10  # samples in common
 _SPREAD = 20.0  # the force must vary by so many times the sensor's noise

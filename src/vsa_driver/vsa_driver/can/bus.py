@@ -20,7 +20,7 @@ import can
 from can.interfaces.udp_multicast import UdpMulticastBus
 from can.interfaces.udp_multicast.bus import SO_TIMESTAMPNS, GeneralPurposeUdpMulticastBus
 from can.interfaces.udp_multicast.utils import pack_message
-from vsa_common.config.configuration import quantity, words
+from vsa_common.config.configuration import quantity, string
 from vsa_driver.can.socket_filter import drop_datagrams
 
 Frame = can.Message
@@ -44,10 +44,10 @@ class MalformedFrame(ValueError):
 class BusConfig:
     """Which CAN bus to open, in python-can's words."""
 
-    interface: str = words("udp_multicast", "python-can interface: socketcan, udp_multicast, virtual, pcan, ...")
-    channel: str = words("239.74.163.2", "channel of the interface: can0, a multicast address, a name")
+    interface: str = string("udp_multicast", "python-can interface: socketcan, udp_multicast, virtual, pcan, ...")
+    channel: str = string("239.74.163.2", "channel of the interface: can0, a multicast address, a name")
     bitrate: int = quantity(1_000_000, "bit/s", 10_000, 8_000_000, "bit rate, for interfaces that set one")
-    options: tuple[str, ...] = words(("hop_limit=0",), "further arguments of the interface, each key=value")
+    options: tuple[str, ...] = string(("hop_limit=0",), "further arguments of the interface, each key=value")
     receive_buffer: int = quantity(4_000_000, "byte", 0, 1_000_000_000, "socket receive buffer asked for; 0 leaves it")
 
 

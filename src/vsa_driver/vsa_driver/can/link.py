@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from vsa_common.ros.idle import Rest
+from vsa_common.ros.idle import Coalescer
 from vsa_driver.can.bus import Bus, BusConfig, BusError, Frame, MalformedFrame, open_bus
 
 BACKOFF_S = (0.05, 1.0)  # first and longest wait before the bus is opened again
@@ -109,7 +109,7 @@ class BusLink:
         return True
 
     def _read(self) -> None:
-        rest = Rest(self._rest_s)
+        rest = Coalescer(self._rest_s)
         while not self._stopping.is_set():
             self.step(self._poll_s)
             if (seconds := rest.due()) > 0.0:

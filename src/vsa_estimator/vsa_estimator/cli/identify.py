@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from vsa_common.io.bags import BagError
 from vsa_common.config.configuration import parameters
 from vsa_common.figures import MEASURED, SIDE_1, TRUTH, limits, panels, save
+from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
 from vsa_common.terminal import show_table
 from vsa_estimator.offline.identification import NAMES, UNITS, Identification, identify

@@ -6,16 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
-from vsa_common.io.bags import BagError
 from vsa_common.figures import MEASURED, SIDE_1, panels, save
+from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
 from vsa_common.terminal import show_table
-from vsa_estimator.offline.allan import Allan, allan
+from vsa_common.types import Array
 from vsa_estimator.force_rate.rate_filter import RATE_FILTER, filtered_rate
+from vsa_estimator.offline.allan import Allan, allan
 from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings
-
-Array = NDArray[np.float64]
 
 FEWEST = 200  # samples
 SETTLED = 8.0  # time constants of the rate filter until it has forgotten its start

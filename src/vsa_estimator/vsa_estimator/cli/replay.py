@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_common.io.bags import BagError
 from vsa_common.config.configuration import ConfigurationError, build, node_values
-from vsa_common.fork import Copies, Tell
+from vsa_common.fork import ForkedTasks, ReportProgress
+from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError, write_columns
 from vsa_common.terminal import progress
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings, transmissions
-from vsa_estimator.settings import EstimatorConfig, NodeConfig
 from vsa_estimator.output.estimate import ROW, State
+from vsa_estimator.settings import EstimatorConfig, NodeConfig
 
 CHUNK = 2000  # samples between two looks at the progress bar
 
@@ -36,13 +36,15 @@ FIELDS = {
 WHOLE = ("status", "stiffness_valid", "damping_valid", "inertia_valid")
 
 
-def replay(recording: Recording, config: EstimatorConfig, tell: Tell) -> tuple[dict[str, NDArray[Any]], State]:
+def replay(
+    recording: Recording, config: EstimatorConfig, tell: ReportProgress
+) -> tuple[dict[str, NDArray[Any]], State]:
     """Output columns of the samples that were used, one row each, and the state at the end; `tell` hears shares."""
     estimator = create_estimator(config)
     chunks = []
     for first in range(0, len(recording), CHUNK):
         part = slice(first, first + CHUNK)
-        chunks.append(estimator.add_all(recording.stamp_ns[part], recording.force[part], recording.deflection[part]))
+        chunks.append(estimator.add_many(recording.stamp_ns[part], recording.force[part], recording.deflection[part]))
         tell(len(chunks[-1]) / len(recording))
     rows = np.concatenate(chunks)
     used = ~np.isnan(rows[:, 0])
@@ -112,7 +114,7 @@ def _run(arguments: argparse.Namespace) -> int:
     works = [partial(_replay, arguments.input, name, configuration(name, arguments.config)) for name in names]
     arguments.out.mkdir(parents=True, exist_ok=True)
     with progress(len(works), "replay") as bar:
-        found = Copies(*works).results(bar.advance) if len(works) > 1 else [work(bar.advance) for work in works]
+        found = ForkedTasks(*works).results(bar.advance) if len(works) > 1 else [work(bar.advance) for work in works]
     for name, (columns, _) in zip(names, found, strict=True):
         write_columns(arguments.out / f"{name}.csv", columns)
     summary = {name: one for name, (_, one) in zip(names, found, strict=True)}
@@ -131,7 +133,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _replay(
-    path: Path, transmission: str, config: EstimatorConfig, tell: Tell
+    path: Path, transmission: str, config: EstimatorConfig, tell: ReportProgress
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Output columns and summary of one transmission of a recording."""
     (recording,) = read_recordings(path, transmission)

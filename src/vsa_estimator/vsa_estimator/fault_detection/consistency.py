@@ -7,11 +7,11 @@ makes the estimator forget.
 
 import math
 
-from vsa_estimator.preprocessing.decimator import Block
+from vsa_common.types import ResetReason
+from vsa_estimator.fault_detection.parity_check import SHIFT_TIME, Coefficients, Witness
 from vsa_estimator.fault_detection.residual import PERIOD
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.output.estimate import Reset
-from vsa_estimator.fault_detection.parity_check import SHIFT_TIME, Coefficients, Witness
+from vsa_estimator.preprocessing.decimator import Block
 
 KEEP = 4.0  # between two memories of what was known [s]
 PROBATION = 7.0  # without contradiction, before what was learnt counts for more than what is measured [s]
@@ -72,11 +72,11 @@ class Trust:
         covariance[0, 0] += kept.mean[1] ** 2 * variance
         self._adopt(tracker, kept._replace(covariance=covariance, reference=kept.reference + shift))
 
-    def weigh(self, tracker: Tracker, time: float, block: Block, blind: bool) -> Reset:
+    def weigh(self, tracker: Tracker, time: float, block: Block, blind: bool) -> ResetReason:
         """Take a step at `time` [s]; `blind` when the encoder is not to be believed. What has to be reset, or NONE."""
         news = self._witness.add(time, block.deflection, block.force if block.forces else math.nan)
         if not tracker.knows:
-            return Reset.NONE
+            return ResetReason.NONE
         if self._witness.kept is None:
             self._keep(tracker, time)
         if blind:
@@ -86,7 +86,7 @@ class Trust:
             self._trusting(tracker, time)
         elif news:
             return self._doubting(tracker)
-        return Reset.NONE
+        return ResetReason.NONE
 
     def _trusting(self, tracker: Tracker, time: float) -> None:
         if self._witness.vague:  # nothing to hold against the sensors yet: let the filter learn
@@ -104,27 +104,27 @@ class Trust:
         if time - self._kept > KEEP:
             self._keep(tracker, time)
 
-    def _doubting(self, tracker: Tracker) -> Reset:
+    def _doubting(self, tracker: Tracker) -> ResetReason:
         if self._witness.agrees:
             self.reason = ""
             self._witness.settle()
-            return Reset.NONE
+            return ResetReason.NONE
         if self._witness.silent:  # motion too brisk to tell is no contradiction that stays
-            return Reset.NONE
+            return ResetReason.NONE
         self._patience += PERIOD
         if self._patience > SHIFT_TIME:
             shift = self._witness.explain()
             if shift is not None and shift.deflection:
                 self.move(tracker, shift.deflection, shift.std**2)
-                return Reset.DEFLECTION
+                return ResetReason.DEFLECTION
             if shift is not None:
                 self._offset(tracker, shift.force, shift.std**2)
-                return Reset.INNOVATION
+                return ResetReason.INNOVATION
         if self._patience > GIVE_UP:
             self.forget()
             tracker.knows = False
-            return Reset.INNOVATION
-        return Reset.NONE
+            return ResetReason.INNOVATION
+        return ResetReason.NONE
 
     def _offset(self, tracker: Tracker, shift: float, variance: float) -> None:
         kept = self._witness.kept or _known(tracker)

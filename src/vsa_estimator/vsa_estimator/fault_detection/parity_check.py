@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 from vsa_estimator.fault_detection.residual import DECIDES, LEAST_ROWS, PERIOD, WINDOWS, look, residuals
 
 LIMIT = 5.5  # times the usual size of a mean

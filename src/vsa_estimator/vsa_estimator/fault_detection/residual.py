@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, Array, ln_stiffness, maximum_speed
+from vsa_common.types import Array
+from vsa_estimator.force_law.transmission import COULOMB_SPEED, ln_stiffness, maximum_speed
 
 WINDOWS = (0.12, 0.5, 3.0)  # means of the residual force are taken over these [s]
 DECIDES = 1  # which of them says that all is well again

@@ -7,15 +7,8 @@ import math
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import (
-    COULOMB_SPEED,
-    SIZE,
-    Array,
-    force,
-    friction_form,
-    ln_stiffness,
-    maximum_speed,
-)
+from vsa_common.types import Array
+from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, force, friction_form, ln_stiffness, maximum_speed
 
 SOFT_GATE = 16.0  # normalised innovation squared from which a measurement counts for less
 HARD_GATE = 100.0  # and from which it is rejected

@@ -2,8 +2,9 @@
 
 import numpy as np
 from vsa_common.accel import compiled
+from vsa_common.types import Array
 from vsa_estimator.filter.ekf import REST_SPEED, STROKE_MEMORY
-from vsa_estimator.force_law.transmission import Array, ln_stiffness, maximum_speed
+from vsa_estimator.force_law.transmission import ln_stiffness, maximum_speed
 
 REST_TIME = 0.5  # without a clear speed for this long the rod stands [s]
 KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force

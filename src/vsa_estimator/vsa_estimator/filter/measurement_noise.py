@@ -2,7 +2,7 @@
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 
 _SPREAD = 20.0  # variance of a third difference of unit white noise: 1 + 9 + 9 + 1
 _MEDIAN = 0.455  # median of chi-square with one degree of freedom

@@ -7,7 +7,7 @@ from collections import deque
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 
 CANDIDATES: Array = np.logspace(-8.0, 1.0, 19).astype(np.float64)  # [m^2/s^5]
 # The filter never assumes less [m^2/s^5]: the more, the more noise of the place pulls k2 upward (by 6e-5 of it at 3e-6,

@@ -1,9 +1,10 @@
 """Steps of the filter over what it knows, in one array: prediction, deflection, force."""
 
 from vsa_common.accel import compiled
-from vsa_estimator.filter.excitation import FINDINGS, HIGH, LOW, STOOD, by_motion, compare, remember, rests
+from vsa_common.types import Array
 from vsa_estimator.filter.ekf import SOFT_GATE, age, carry, correct_deflection, correct_force, own_noise, predict
-from vsa_estimator.force_law.transmission import SIZE, Array
+from vsa_estimator.filter.excitation import FINDINGS, HIGH, LOW, STOOD, by_motion, compare, remember, rests
+from vsa_estimator.force_law.transmission import SIZE
 
 # Where in that array, so that a call takes few: state, systematic error, covariance, findings of `appraise`.
 PULL, COVARIANCE, FOUND = SIZE, 2 * SIZE, 2 * SIZE + SIZE * SIZE

@@ -5,6 +5,8 @@ from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
+from vsa_common.types import Array
+from vsa_estimator.filter.ekf import HARD_GATE, LEAST_STROKE, SOFT_GATE
 from vsa_estimator.filter.excitation import (
     ACCELERATION_SQUARE,
     DOUBTS,
@@ -16,10 +18,9 @@ from vsa_estimator.filter.excitation import (
     no_motion,
     roughen,
 )
-from vsa_estimator.filter.ekf import HARD_GATE, LEAST_STROKE, SOFT_GATE
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, Array, Z, force, maximum_speed
-from vsa_estimator.settings import Initial
 from vsa_estimator.filter.steps import FOUND, KNOWN, REJECTED, RESTS, advance, parts, take_deflection, take_force
+from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, Z, force, maximum_speed
+from vsa_estimator.settings import Initial
 
 START_SPEED_STD = 2e-3  # [m/s]
 START_ACCELERATION_STD = 5e-3  # [m/s^2]

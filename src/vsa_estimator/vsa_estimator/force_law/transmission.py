@@ -7,10 +7,8 @@ is a place, not a state: with it s and k2 are nearly uncorrelated.
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_common.accel import compiled
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 
 class Z(IntEnum):

@@ -10,10 +10,8 @@ from enum import IntEnum
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
-from numpy.typing import NDArray
+from vsa_common.types import Array
 from vsa_estimator.force_rate.rate_filter import RATE_FILTER
-
-Array = NDArray[np.float64]
 
 
 class R(IntEnum):

@@ -9,14 +9,15 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from vsa_common.types import Array, ResetReason, Status
+from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.force_rate.ekf import SIZE, ForceRateFilter, OffsetFilter, R
+from vsa_estimator.force_rate.rate_filter import RATE_FILTER, RateFilter
+from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
 from vsa_estimator.preprocessing import decimator as blocks
 from vsa_estimator.preprocessing import validation as intake
 from vsa_estimator.preprocessing.decimator import Block
-from vsa_estimator.force_rate.ekf import SIZE, Array, ForceRateFilter, OffsetFilter, R
-from vsa_estimator.filter.process_noise import JerkDensity
-from vsa_estimator.force_rate.rate_filter import RATE_FILTER, RateFilter
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.output.estimate import Estimate, Reset, State, Status, no_rows, row_of
 
 START_STD = np.array([2e-3, 5e-3, 2e-2, 1.0])  # of v, a, j in SI, and of the filtered rate [N/s]
 REVERSAL_SPEED = 0.3e-3  # [m/s]
@@ -40,7 +41,7 @@ class ForceRateEstimator:
         self._bounds = intake.IMPLAUSIBLE * np.array([config.force_limit, config.deflection_limit])
         self._judged = np.zeros(intake.STAMPS, dtype=np.int64)
         self._dropped = 0
-        self._reset_count, self._reset_reason = 0, Reset.NONE
+        self._reset_count, self._reset_reason = 0, ResetReason.NONE
         self._fused = self._stamp_ns = 0
         self._begin()
 
@@ -51,10 +52,10 @@ class ForceRateEstimator:
             self._dropped += 1
             return None
         if verdict == intake.JUMP:
-            self.reset(Reset.TIME_JUMP)
+            self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
         if self._filter is not None and stamp_ns - self._stamp_ns > GAP * 1e9:
-            self.reset(Reset.GAP)
+            self.reset(ResetReason.GAP)
         if self._filter is None:
             self._start(stamp_ns, force, deflection)
         finished = blocks.collect(self._means, self._stamps, stamp_ns, deflection, force, True, True)
@@ -64,24 +65,24 @@ class ForceRateEstimator:
         self._force, self._stamp_ns = force, stamp_ns
         return self._report(stamp_ns)
 
-    def add_all(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
+    def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
         """As many samples at once; a row of `values.ROW` for each, NaN where it was dropped."""
         rows = no_rows(len(stamp_ns))
         for row, *sample in zip(rows, stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True):
             row[:] = row_of(self.add(*sample))
         return rows
 
-    def catch_up(self) -> bool:
+    def finish_pending(self) -> bool:
         """Nothing is ever left to do."""
         return False
 
-    def coast(self, stamp_ns: int) -> Estimate | None:
+    def predict_to(self, stamp_ns: int) -> Estimate | None:
         """The last estimate, stale and then invalid; None before the first sample."""
         if self._filter is None or stamp_ns <= self._stamp_ns:
             return None
         return self._report(stamp_ns)
 
-    def reset(self, reason: Reset = Reset.REQUESTED) -> None:
+    def reset(self, reason: ResetReason = ResetReason.REQUESTED) -> None:
         """Forget everything but the counters."""
         self._begin()
         self._reset_count += 1

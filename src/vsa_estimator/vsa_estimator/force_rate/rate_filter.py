@@ -3,10 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 RATE_FILTER = 0.19  # time constant [s] that section VI's 0.017 N and 0.088 N/s imply together
 

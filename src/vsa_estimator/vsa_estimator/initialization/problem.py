@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from vsa_common.types import Array
 from vsa_estimator.filter.ekf import REST_SPEED
-from vsa_estimator.force_law.transmission import Array
 from vsa_estimator.initialization.windows import BAND, LEAST_ROWS, Rows
 
 REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...

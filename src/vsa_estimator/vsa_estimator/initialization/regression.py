@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.force_law.transmission import UNBOUNDED_SPEED, Array
+from vsa_common.types import Array
+from vsa_estimator.force_law.transmission import UNBOUNDED_SPEED
 from vsa_estimator.initialization.problem import Problem
 from vsa_estimator.initialization.windows import DRAWS, Rows, Slices, whiten
 from vsa_estimator.settings import Initial

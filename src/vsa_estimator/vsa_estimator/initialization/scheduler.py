@@ -1,11 +1,11 @@
 """Learns start values from the moving part of the last seconds, a slice of work at a time."""
 
 import numpy as np
+from vsa_common.types import Array
 from vsa_estimator.filter.ekf import LEAST_STROKE
-from vsa_estimator.force_law.transmission import Array
+from vsa_estimator.initialization.regression import Fit, Regression
 from vsa_estimator.initialization.windows import Rows, Slices, smooth
 from vsa_estimator.settings import Initial
-from vsa_estimator.initialization.regression import Fit, Regression
 
 KEPT = 40.0  # moving data remembered [s]
 LEAST_TIME = 1.0  # no attempt before [s]

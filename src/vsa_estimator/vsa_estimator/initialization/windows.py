@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 
 LEAST_ROWS = 8
 MOST_ROWS = 400

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import allantools
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtri  # scipy.stats takes a second to import
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 WHITE_SLOPE = -1.0  # of ln(Allan variance) over ln(tau), Fig. 6
 TOLERANCE = 0.15  # of that slope, beyond its own uncertainty

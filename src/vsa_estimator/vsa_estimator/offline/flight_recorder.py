@@ -10,8 +10,9 @@ from typing import Any
 
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.stamps import NANOSECONDS
+from vsa_common.types import ResetReason, Status
+from vsa_estimator.output.estimate import Estimate
 from vsa_estimator.settings import FlightRecorderConfig
-from vsa_estimator.output.estimate import Estimate, Reset, Status
 
 REPORTED = (Status.DEGRADED, Status.FAULT)  # statuses that are worth a recording
 ROWS = 64  # written at a time: nobody else waits longer for Python than that takes ...
@@ -56,7 +57,7 @@ class FlightRecorder:
         """Look whether something happened; what did is written some time after it, by a thread of its own."""
         happened = ""
         if estimate.reset_count > self._reset_count:
-            happened = f"reset_{Reset(estimate.reset_reason).name}"
+            happened = f"reset_{ResetReason(estimate.reset_reason).name}"
         elif estimate.status is not self._status and estimate.status in REPORTED:
             happened = estimate.status.name
         self._reset_count, self._status = estimate.reset_count, estimate.status

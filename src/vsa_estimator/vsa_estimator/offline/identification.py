@@ -9,12 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from vsa_common.types import Array
 from vsa_estimator.offline.recordings import Recording, RecordingError
 from vsa_estimator.offline.smoothed import LEAST_SAMPLES, Piece, prepare, smooth
-
-Array = NDArray[np.float64]
 
 NAMES = ("k2", "k1", "force_offset", "coulomb_friction", "d1", "d2", "inertia")
 UNITS = ("1/m", "N", "N", "N", "N s/m", "N s^3/m^3", "kg")

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.io.bags import read_raw, topics
+from vsa_common.io.tables import read_columns
 from vsa_common.ros.cdr import read_positions, read_wrenches
 from vsa_common.stamps import NANOSECONDS
-from vsa_common.io.tables import read_columns
 from vsa_estimator.preprocessing.pairing import ENCODER, FORCE, pair_all
 from vsa_estimator.settings import NodeConfig
 

@@ -5,10 +5,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from vsa_common.types import Array
 from vsa_estimator.offline.recordings import Recording, RecordingError
 from vsa_estimator.offline.smoothing import LocalPolynomials, best_half, local_polynomials, noise_std
-
-Array = NDArray[np.float64]
 
 RATE = 100.0  # faster recordings are averaged to about this [Hz]
 REVERSAL_SPEED = 0.2e-3  # below it Coulomb's law does not hold [m/s] ...

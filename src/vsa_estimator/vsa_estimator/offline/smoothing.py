@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from vsa_common.types import Array
 
 DEGREE = 5
 EVEN = 1e-2  # steps that differ by less than this share count as even

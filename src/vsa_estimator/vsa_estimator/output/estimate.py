@@ -1,33 +1,11 @@
 """What the estimator hands out: named as in vsa_msgs, SI, immutable."""
 
 import math
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-
-class Status(IntEnum):
-    """How an estimate is to be taken; the numbers are those of TransmissionImpedance."""
-
-    INITIALIZING = 0
-    CONVERGING = 1
-    VALID = 2
-    DEGRADED = 3
-    STALE = 4
-    FAULT = 5
-
-
-class Reset(IntEnum):
-    """Why the estimator started again; the numbers are those of TransmissionImpedance."""
-
-    NONE = 0
-    REQUESTED = 1
-    TIME_JUMP = 2
-    GAP = 3
-    INNOVATION = 4
-    DEFLECTION = 5
+from vsa_common.types import ResetReason, Status
 
 
 class Estimate(NamedTuple):
@@ -63,7 +41,7 @@ class Estimate(NamedTuple):
     damping_inertia_covariance: float
     status: Status
     reset_count: int
-    reset_reason: Reset
+    reset_reason: ResetReason
     k2: float  # [1/m]
     k2_variance: float
     d2: float  # [N s^3/m^3]
@@ -92,7 +70,7 @@ class State(NamedTuple):
     status: Status
     reason: str
     reset_count: int
-    reset_reason: Reset
+    reset_reason: ResetReason
     deflection: float
     deflection_variance: float
     deflection_valid: bool

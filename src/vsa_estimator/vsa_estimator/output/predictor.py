@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_estimator.filter.excitation import DOUBTS
+from vsa_common.types import Array, Status
 from vsa_estimator.filter.ekf import report
-from vsa_estimator.preprocessing.validation import TAKE
-from vsa_estimator.force_law.transmission import Array
-from vsa_estimator.preprocessing.pipeline import take
+from vsa_estimator.filter.excitation import DOUBTS
 from vsa_estimator.filter.steps import FOUND, parts
-from vsa_estimator.output.estimate import ROW, Status
+from vsa_estimator.output.estimate import ROW
+from vsa_estimator.preprocessing.pipeline import take
+from vsa_estimator.preprocessing.validation import TAKE
 
 Moments = NDArray[np.int64]
 

@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from vsa_estimator.output.predictor import DAMPING, NEAR_MAXIMUM, STIFFNESS
 from vsa_estimator.filter.ekf import LEAST_STROKE
-from vsa_estimator.force_law.transmission import Z, maximum_speed
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.force_law.transmission import Z, maximum_speed
+from vsa_estimator.output.predictor import DAMPING, NEAR_MAXIMUM, STIFFNESS
 
 K2 = 0.05
 CUBIC = 0.25  # of a valid d2

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 
 ODD = 10.0  # standard deviations of a second difference of white noise
 FEW = 2  # in a row are spikes; after them the signal itself has jumped

@@ -6,14 +6,14 @@ All in one compiled call for each sample; what is remembered lies in two arrays.
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
+from vsa_common.types import Array
 from vsa_estimator.preprocessing import decimator as blocks
-from vsa_estimator.preprocessing import validation as intake
-from vsa_estimator.preprocessing import timestamp_filter as sample_clock
-from vsa_estimator.preprocessing import sensor_checks as signs
 from vsa_estimator.preprocessing import outlier_filter as spikes
+from vsa_estimator.preprocessing import sensor_checks as signs
+from vsa_estimator.preprocessing import timestamp_filter as sample_clock
+from vsa_estimator.preprocessing import validation as intake
 from vsa_estimator.preprocessing.decimator import Block
 from vsa_estimator.preprocessing.validation import IMPLAUSIBLE, TAKE
-from vsa_estimator.force_law.transmission import Array
 from vsa_estimator.settings import EstimatorConfig
 
 BRISK = (10.0, 3.0)  # slopes of force and deflection after which they ring, in standard deviations a sample

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 
 STUCK_FORCE_TIME = 0.3  # a force that repeats itself for this long while the rod moves is stuck [s]
 STUCK_ENCODER_TIME = 0.5  # an encoder that does so while the force changes [s]

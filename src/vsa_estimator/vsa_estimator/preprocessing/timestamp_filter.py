@@ -9,7 +9,7 @@ the true instants, and over no others.
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 
 FIRST = 32  # intervals whose median is the first idea of the period
 REGULAR = 0.3  # of a period: how far off a regular interval is at most
@@ -71,11 +71,11 @@ def begin(memory: Array, stamp_ns: int) -> None:
     memory[HURRIED_FOR] = memory[ODD] = 0.0
     memory[OF] = SHORTEST
     follow_up(memory)
-    catch_up(memory)
+    relock(memory)
 
 
 @compiled
-def catch_up(memory: Array) -> None:
+def relock(memory: Array) -> None:
     """Nothing is behind."""
     memory[BEHIND] = memory[SAME] = 0.0
     memory[BEHIND_BY] = np.inf
@@ -111,7 +111,7 @@ def periods(memory: Array, stamp_ns: int, step: float) -> float:
     elif memory[HURRIED_FOR] > 0.0:
         memory[HURRIED_FOR] -= 1.0
     elif step > 1.5 * period and abs(gap - whole) < min(WHOLE, 4.0 * memory[SPREAD] / period):
-        catch_up(memory)
+        relock(memory)
         return float(whole)
     passed = min(np.floor(gap + 0.3), 1.0)  # earlier than possible: fewer
     behind = gap - passed
@@ -121,7 +121,7 @@ def periods(memory: Array, stamp_ns: int, step: float) -> float:
     if behind < 0.5:
         if memory[BEHIND] > 0.0 or passed < 1.0:
             memory[LOSSY] -= memory[LOSSY] / EPISODES
-        catch_up(memory)
+        relock(memory)
         return float(passed)
     memory[SAME] = memory[SAME] + 1.0 if on_pace else 0.0
     return float(passed + missed(memory, behind, step))
@@ -145,7 +145,7 @@ def missed(memory: Array, behind: float, step: float) -> float:
         lost = np.rint(memory[BEHIND_BY])
     if lost > 0.0:
         memory[LOSSY] += (1.0 - memory[LOSSY]) / EPISODES
-        catch_up(memory)
+        relock(memory)
     return float(lost)
 
 

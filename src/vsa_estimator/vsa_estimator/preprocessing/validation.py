@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_estimator.force_law.transmission import Array
+from vsa_common.types import Array
 
 IMPLAUSIBLE = 10.0  # multiple of a sensor's limit that is no measurement
 LATE_NS = 1_000_000_000  # a stamp further back than this is a clock that was set back, not a late sample

@@ -12,11 +12,11 @@ rods that move under one torque balance (`rods`).
 import math
 from dataclasses import dataclass
 
-from vsa_joint.settings import ControlConfig
-from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.control.motor_map import MotorMap
-from vsa_joint.control.tendon_motion import Rods
 from vsa_joint.control.springs import Range, Spring, Springs, force_for, reachable, relative_std
+from vsa_joint.control.tendon_motion import Rods
+from vsa_joint.impedance.tension import unloaded_force
+from vsa_joint.settings import ControlConfig
 
 KNOWN_BY = (Spring.relative_variance, Spring.law_variance)
 LEAST_ABOVE_BASE = 0.5  # N

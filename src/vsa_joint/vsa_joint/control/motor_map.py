@@ -6,8 +6,8 @@ and the joint's angle.
 
 from collections.abc import Callable
 
-from vsa_joint.settings import ControlConfig, JointConfig
 from vsa_joint.control.springs import Range, Springs, partner_force, stiffness_at, tendon_travel
+from vsa_joint.settings import ControlConfig, JointConfig
 
 BISECTIONS = 30
 

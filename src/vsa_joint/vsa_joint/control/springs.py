@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from vsa_joint.settings import Limits
 from vsa_joint.impedance.reflection import Joint, branch_stiffness
+from vsa_joint.settings import Limits
 
 BISECTIONS = 40
 LEAST_ELASTIC = 1e-3  # N, keeps logarithms finite

@@ -7,10 +7,10 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
-from vsa_joint.settings import ControlConfig
+from vsa_common.types import Status
 from vsa_joint.control.controller import Judgement, Live, StiffnessControl, Target
 from vsa_joint.control.springs import Spring
-from vsa_joint.impedance.status import Status
+from vsa_joint.settings import ControlConfig
 
 SECOND_NS = 1_000_000_000
 MEASURED_TIMEOUT_NS = SECOND_NS // 10  # angle and motors come slower than the estimates
@@ -32,7 +32,7 @@ class Mode(Enum):
 
 
 @dataclass(frozen=True)
-class JointNow:
+class JointMeasurement:
     """What the controller needs of a JointImpedance."""
 
     stiffness: float
@@ -52,7 +52,7 @@ class Inputs:
     `measured_ns` has the instants of their stamps by topic, so that a backlog does not pass as fresh.
     """
 
-    joint: JointNow | None = None
+    joint: JointMeasurement | None = None
     joint_ns: int = 0
     angle: float = math.nan
     angle_ns: int = 0

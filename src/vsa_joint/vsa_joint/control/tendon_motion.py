@@ -5,8 +5,8 @@ unequal one rod leads the other until the springs make up for it; how fast it ca
 that follow each rod on that way leave the joint where it is. Both deviate so that the joint's stiffness stays.
 """
 
-from vsa_joint.impedance.reflection import Joint, Route
 from vsa_joint.control.springs import Spring, Springs, partner_force
+from vsa_joint.impedance.reflection import Joint, TendonPath
 
 BISECTIONS = 40
 FURTHEST = 0.01  # m, that a rod may lead
@@ -59,7 +59,7 @@ class Rods:
         return first.deflection(force), second.deflection(partner_force(force, 0.0, self._joint))
 
 
-def _growth(spring: Spring, stiffness: float, route: Route) -> float:
+def _growth(spring: Spring, stiffness: float, route: TendonPath) -> float:
     """Of the joint's stiffness with a rod's deflection [N/rad]."""
     series = 4.0 * route.tendon_stiffness
     return spring.k2 * stiffness * (route.radius * series / (stiffness + series)) ** 2

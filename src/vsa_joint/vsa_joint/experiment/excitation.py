@@ -6,10 +6,8 @@ The torque is periodic, so that whole periods average without leakage.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from vsa_common.types import Array
 from vsa_joint.impedance.reflection import Joint, Sides, response
-
-Array = NDArray[np.float64]
 
 PERIOD = 20.0  # s
 FRICTION_LINES = (1, 2, 3, 5, 8, 13)  # slow enough for the spring to dominate the friction

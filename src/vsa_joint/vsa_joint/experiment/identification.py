@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from vsa_common.types import Array
 from vsa_joint.impedance.reflection import Impedance, Joint
-
-Array = NDArray[np.float64]
 
 TOP_FREQUENCY = 8.0  # Hz, above it the angle is noise
 GRID_RATE = 128.0  # Hz, of the smoothed period

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import NamedTuple
 
+from vsa_common.types import ResetReason, Status
 from vsa_joint.impedance import tension as forces
-from vsa_joint.settings import CONSISTENT, JointConfig
-from vsa_joint.impedance.pairing import Pairing, Side
+from vsa_joint.impedance.pairing import Pairing, TransmissionEstimate
 from vsa_joint.impedance.propagation import consistent_branch, paper_branch, reflect
-from vsa_joint.impedance.status import ResetReason, Status
+from vsa_joint.settings import CONSISTENT, JointConfig
 
 NANOSECONDS = 1e9
 PERIODS = 5.0  # of silence before a side is stale
@@ -80,7 +80,7 @@ class JointFusion:
         """The last estimate that went out."""
         return self._last
 
-    def add(self, side: int, sample: Side, now_ns: int) -> JointEstimate | None:
+    def add(self, side: int, sample: TransmissionEstimate, now_ns: int) -> JointEstimate | None:
         """A sample of side 0 or 1, arrived at `now_ns` of a steady clock; an estimate where it completes a pair."""
         if not (_finite(sample) and self._pairing.take(side, sample)):
             self._dropped += 1
@@ -115,7 +115,7 @@ class JointFusion:
         )
         return self._last
 
-    def _emit(self, first: Side, second: Side, now_ns: int) -> JointEstimate:
+    def _emit(self, first: TransmissionEstimate, second: TransmissionEstimate, now_ns: int) -> JointEstimate:
         self._emitted_ns = now_ns
         config = self._config
         reflected = reflect((first.rod, second.rod), self._joint, self._std, self._branch)
@@ -159,7 +159,7 @@ class JointFusion:
         )
         return self._last
 
-    def _reset_reason(self, first: Side, second: Side) -> int:
+    def _reset_reason(self, first: TransmissionEstimate, second: TransmissionEstimate) -> int:
         """Reason of the reset that came last."""
         before, self._resets = self._resets, (first.reset_count, second.reset_count)
         for side, count in ((first, before[0]), (second, before[1])):
@@ -168,7 +168,7 @@ class JointFusion:
         return self._last.reset_reason
 
 
-def _finite(sample: Side) -> bool:
+def _finite(sample: TransmissionEstimate) -> bool:
     rod = sample.rod
     total = rod.stiffness + rod.damping + rod.inertia + sample.force + sample.force_variance
     total += rod.stiffness_variance + rod.damping_variance + rod.inertia_variance

@@ -10,8 +10,8 @@ silence of the other side.
 from collections import deque
 from typing import NamedTuple
 
-from vsa_joint.impedance.propagation import Rod
-from vsa_joint.impedance.status import Status
+from vsa_common.types import Status
+from vsa_joint.impedance.propagation import ImpedanceEstimate
 
 QUEUE = 1000  # samples that wait for their partner
 PERIOD_GAIN = 1.0 / 64.0
@@ -23,14 +23,14 @@ SPREAD_NS, SPREAD_START_NS = 1e4, 1e5  # that deviation, at least, and at first
 TIME_JUMP_NS = 500_000_000  # a stamp that far back is a clock or a bag that started over
 
 
-class Side(NamedTuple):
+class TransmissionEstimate(NamedTuple):
     """One transmission at one instant, named as in TransmissionImpedance.msg (SI)."""
 
     stamp_ns: int
     force: float
     force_variance: float
     force_valid: bool
-    rod: Rod
+    rod: ImpedanceEstimate
     stiffness_valid: bool
     damping_valid: bool
     inertia_valid: bool
@@ -44,9 +44,12 @@ class Pairing:
 
     def __init__(self, max_skew_ns: float) -> None:
         self.pairs = 0  # that went out
-        self.unpaired = 0  # samples that no partner came for
+        self.unpaired = 0  # without a partner
         self._max_skew_ns = max_skew_ns
-        self._queues: tuple[deque[Side], deque[Side]] = (deque(maxlen=QUEUE), deque(maxlen=QUEUE))
+        self._queues: tuple[deque[TransmissionEstimate], deque[TransmissionEstimate]] = (
+            deque(maxlen=QUEUE),
+            deque(maxlen=QUEUE),
+        )
         self._newest_ns: list[int | None] = [None, None]
         self._period_ns = [0.0, 0.0]
         self._skew_ns, self._spread_ns = 0.0, SPREAD_START_NS  # of the first side's stamps behind the second's
@@ -56,7 +59,7 @@ class Pairing:
         """Time between samples of the slower side."""
         return max(self._period_ns)
 
-    def take(self, side: int, sample: Side) -> bool:
+    def take(self, side: int, sample: TransmissionEstimate) -> bool:
         """A sample of side 0 or 1; False where it is a duplicate or late, and not taken."""
         if not self._in_order(side, sample.stamp_ns):
             return False
@@ -67,7 +70,7 @@ class Pairing:
         queue.append(sample)
         return True
 
-    def next(self) -> tuple[Side, Side] | None:
+    def next(self) -> tuple[TransmissionEstimate, TransmissionEstimate] | None:
         """The oldest pair, where there is one; call it once for each sample taken."""
         first, second = self._queues
         limit = self._skew_limit_ns()
@@ -115,7 +118,7 @@ class Pairing:
                 queue.pop()
                 self.unpaired += 1
 
-    def _drop(self, queue: deque[Side]) -> None:
+    def _drop(self, queue: deque[TransmissionEstimate]) -> None:
         queue.popleft()
         self.unpaired += 1
 
@@ -128,7 +131,7 @@ class Pairing:
         low, high = sorted(self._period_ns)
         return self.pairs > 0 and high <= ALIKE * low
 
-    def _held_up(self, later: deque[Side], earlier: deque[Side]) -> bool | None:
+    def _held_up(self, later: deque[TransmissionEstimate], earlier: deque[TransmissionEstimate]) -> bool | None:
         """Whether the oldest samples belong together, and the later one came late; None while that is open.
 
         Open until two samples are as far apart as usual, or AHEAD of them have come.
@@ -154,6 +157,6 @@ class Pairing:
         self._skew_ns += PERIOD_GAIN * min(max(off, -spread), spread)
 
 
-def _predicted(sample: Side) -> bool:
+def _predicted(sample: TransmissionEstimate) -> bool:
     """Whether there was no measurement: its sensors were silent."""
     return sample.status == Status.STALE

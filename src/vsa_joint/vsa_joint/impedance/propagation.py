@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vsa_joint.impedance.reflection import LEAST_DAMPING, VALID_SHARE, Joint, Route
+from vsa_joint.impedance.reflection import LEAST_DAMPING, VALID_SHARE, Joint, TendonPath
 
 TURN = 6.283185307179586  # rad
 
 
-class Rod(NamedTuple):
+class ImpedanceEstimate(NamedTuple):
     """Impedance of one transmission with its covariance: N/m, N s/m, kg."""
 
     stiffness: float
@@ -54,7 +54,10 @@ Branch = tuple[float, Gradient, float, Gradient, float, Gradient, float, float]
 
 
 def reflect(
-    rods: tuple[Rod, Rod], joint: Joint, std: tuple[RouteStd, RouteStd], branch: Callable[[Rod, Route], Branch]
+    rods: tuple[ImpedanceEstimate, ImpedanceEstimate],
+    joint: Joint,
+    std: tuple[RouteStd, RouteStd],
+    branch: Callable[[ImpedanceEstimate, TendonPath], Branch],
 ) -> Reflected:
     """Joint impedance with variances; `branch` is `consistent_branch` or `paper_branch`."""
     stiffness, damping, inertia = 0.0, joint.damping, joint.inertia
@@ -75,7 +78,7 @@ def reflect(
     return Reflected(stiffness, k_var, damping, d_var, inertia, j_var, limit, mass_term, maxwell_term)
 
 
-def consistent_branch(rod: Rod, route: Route) -> Branch:
+def consistent_branch(rod: ImpedanceEstimate, route: TendonPath) -> Branch:
     """What one side adds to the joint by virtual work, with derivatives."""
     sigma, d, m, kt, r = rod.stiffness, rod.damping, rod.inertia, route.tendon_stiffness, route.radius
     b = 4.0 * kt + sigma
@@ -99,7 +102,7 @@ def consistent_branch(rod: Rod, route: Route) -> Branch:
     )
 
 
-def paper_branch(rod: Rod, route: Route) -> Branch:
+def paper_branch(rod: ImpedanceEstimate, route: TendonPath) -> Branch:
     """What one side adds to the joint by (11), (12) and (13) as printed, with derivatives."""
     stiffness, stiffness_slope, _, _, _, _, mass, maxwell = consistent_branch(rod, route)
     r, half = route.radius, 0.5 * route.radius**2
@@ -109,7 +112,7 @@ def paper_branch(rod: Rod, route: Route) -> Branch:
     return stiffness, stiffness_slope, damping, damping_slope, inertia, inertia_slope, mass, maxwell
 
 
-def _quadratic(rod: Rod, slope: Gradient) -> float:
+def _quadratic(rod: ImpedanceEstimate, slope: Gradient) -> float:
     """slope' C slope with the rod's covariance C."""
     a, b, c = slope[0], slope[1], slope[2]
     cross = (

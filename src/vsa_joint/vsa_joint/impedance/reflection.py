@@ -6,7 +6,7 @@ work gives the joint
 
     Z_theta(s) = sum R^2 Z K_t / (4 K_t + Z) + D_joint s + J_joint s^2.
 
-Its expansion in s is `consistent`; `paper` is (12) and (13) as printed, twice a rigid tendon's.
+Its expansion in s is `virtual_work`; `as_printed` is (12) and (13) as printed, twice a rigid tendon's.
 """
 
 import math
@@ -29,7 +29,7 @@ class Impedance:
 
 
 @dataclass(frozen=True, slots=True)
-class Route:
+class TendonPath:
     """How one transmission reaches the joint: capstan radius [m] and tendon stiffness [N/m]."""
 
     radius: float
@@ -40,7 +40,7 @@ class Route:
 class Joint:
     """Both routes, and the joint's own damping [N m s/rad] and inertia [kg m^2]."""
 
-    routes: tuple[Route, Route]
+    routes: tuple[TendonPath, TendonPath]
     damping: float = 0.0
     inertia: float = 0.0
 
@@ -65,7 +65,7 @@ def joint_stiffness(sides: Sides, joint: Joint) -> float:
     )
 
 
-def consistent(sides: Sides, joint: Joint) -> Impedance:
+def virtual_work(sides: Sides, joint: Joint) -> Impedance:
     """Stiffness, damping and inertia of the joint by virtual work; they hold up to `valid_frequency`."""
     mass, maxwell = inertia_terms(sides, joint)
     damping = sum(
@@ -74,7 +74,7 @@ def consistent(sides: Sides, joint: Joint) -> Impedance:
     return Impedance(joint_stiffness(sides, joint), damping + joint.damping, mass - maxwell + joint.inertia)
 
 
-def paper(sides: Sides, joint: Joint) -> Impedance:
+def as_printed(sides: Sides, joint: Joint) -> Impedance:
     """Equations (11), (12) and (13) as printed: the branch terms of damping and inertia are twice a rigid tendon's."""
     pairs = list(zip(sides, joint.routes, strict=True))
     damping = sum(0.5 * route.radius**2 * side.damping for side, route in pairs)
@@ -93,7 +93,7 @@ def inertia_terms(sides: Sides, joint: Joint) -> tuple[float, float]:
 
 
 def valid_frequency(sides: Sides, joint: Joint) -> float:
-    """Frequency up to which `consistent` describes the joint [Hz]; above, the tendon bypasses the spring."""
+    """Frequency up to which `virtual_work` describes the joint [Hz]; above, the tendon bypasses the spring."""
     corner = min(
         (4.0 * route.tendon_stiffness + side.stiffness) / max(side.damping, LEAST_DAMPING)
         for side, route in zip(sides, joint.routes, strict=True)
@@ -111,6 +111,6 @@ def response(frequency: ArrayLike, sides: Sides, joint: Joint) -> NDArray[np.com
     return total
 
 
-def _share(side: Impedance, route: Route) -> float:
+def _share(side: Impedance, route: TendonPath) -> float:
     """Square of the rod's travel per tendon travel at low frequency: 1/4 for a rigid tendon."""
     return (2.0 * route.tendon_stiffness / (4.0 * route.tendon_stiffness + side.stiffness)) ** 2

@@ -74,7 +74,7 @@ class Failure:
         text += f" -t {self.duration:g}" if math.isfinite(self.duration) else ""
         return text + (f" -v {self.value:g}" if self.value else "")
 
-    def concerns(self, component: str, instance: int) -> bool:
+    def matches(self, component: str, instance: int) -> bool:
         """Whether it is about this instance, counted from 1."""
         return self.component == component and self.instance in (0, instance)
 

@@ -8,8 +8,8 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from vsa_simulator.rig.config import SensorConfig
 from vsa_simulator.faults.failure import Failure
+from vsa_simulator.rig.config import SensorConfig
 from vsa_simulator.rig.sensors import ENCODER_COUNTS, Readings
 
 BUS_OFF = 0x40  # identifier of the error frame, CAN_ERR_BUSOFF of <linux/can/error.h>
@@ -93,7 +93,7 @@ class Faults:
     def reading(self, component: str, instance: int, value: float, sample: int) -> float:
         """What the sensor says instead of `value`, in the unit of the reading: N, counts, rad, N m."""
         for active in self._active:
-            if active.failure.concerns(component, instance):
+            if active.failure.matches(component, instance):
                 value = self._failed(active, component, instance, value, sample)
         return float(round(value) % ENCODER_COUNTS) if component == "encoder" else value
 
@@ -103,7 +103,7 @@ class Faults:
             return [frame]
         going = [] if self.silent and not instance else [frame]
         for active in self._active:
-            if instance and active.failure.concerns("can_signal", instance):
+            if instance and active.failure.matches("can_signal", instance):
                 going = [out for one in going for out in self._failed_frame(active, instance, one, sample)]
         return self._released.pop(instance, []) + going
 

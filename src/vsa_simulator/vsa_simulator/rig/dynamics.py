@@ -10,8 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_common.accel import compiled
+from vsa_common.types import Array
 from vsa_simulator.rig.motion import Motion, fade, position
 from vsa_simulator.rig.transmission import (
     Transmission,
@@ -23,7 +23,6 @@ from vsa_simulator.rig.transmission import (
     stiffness,
 )
 
-Array = NDArray[np.float64]
 Pair = tuple[Transmission, Transmission]
 
 

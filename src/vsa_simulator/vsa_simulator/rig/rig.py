@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_common.config.configuration import ConfigurationError
+from vsa_common.types import Array
 from vsa_simulator.rig.config import MotorConfig, RigConfig, TorqueConfig
 from vsa_simulator.rig.dynamics import (
     ANGLE,
@@ -25,8 +25,6 @@ from vsa_simulator.rig.dynamics import (
 from vsa_simulator.rig.motion import motion_from, position
 from vsa_simulator.rig.sensors import Readings, Sensors
 from vsa_simulator.rig.transmission import spring_deflection, spring_force, substeps_for, transmission_from
-
-Array = NDArray[np.float64]
 
 
 class Samples(NamedTuple):

@@ -4,12 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_common.accel import compiled
+from vsa_common.types import Array
 from vsa_simulator.rig.config import SensorConfig
 from vsa_simulator.rig.dynamics import TRUTH
-
-Array = NDArray[np.float64]
 
 ENCODER_COUNTS = 1 << 16
 

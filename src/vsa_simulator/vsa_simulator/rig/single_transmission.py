@@ -5,8 +5,8 @@ so that the rod follows the motion up to the stretch of its tendon: F = 2 K_t (u
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_common.accel import compiled
+from vsa_common.types import Array
 from vsa_simulator.rig.config import FrictionConfig, SensorConfig, TransmissionConfig
 from vsa_simulator.rig.motion import Motion, Tone, dwells, position, tones
 from vsa_simulator.rig.transmission import (
@@ -19,8 +19,6 @@ from vsa_simulator.rig.transmission import (
     substeps_for,
     transmission_from,
 )
-
-Array = NDArray[np.float64]
 
 BENCH_TRUTH = ("time", "deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
 

@@ -15,14 +15,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vsa_tools.demo.isolation import IsolationError, claim_corner
+from vsa_common.config.configuration import ConfigurationError
 from vsa_common.ros.subprocesses import ProcessError
+from vsa_common.terminal import Bar, progress
+from vsa_tools.demo.harness import Part, Stage
+from vsa_tools.demo.isolation import IsolationError, claim_corner
+from vsa_tools.demo.parameters import Layer, base_parameters, lay_over, write_parameters, wrong_starts
 from vsa_tools.demo.report_process import Reporter
 from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario, scenario_names
-from vsa_tools.demo.parameters import Layer, base_parameters, lay_over, write_parameters, wrong_starts
-from vsa_tools.demo.harness import Part, Stage
-from vsa_common.config.configuration import ConfigurationError
-from vsa_common.terminal import Bar, progress
 
 RATE_HZ = 500  # two cores lose nothing at it with the recorder on
 DURATION_S = 60.0

@@ -18,11 +18,11 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
-from vsa_common.ros.subprocesses import Group, ProcessError, executable
-from vsa_tools.topics import suite_topics
 from vsa_common.ros.cdr import read_stamp
 from vsa_common.ros.node import RELIABLE
+from vsa_common.ros.subprocesses import Group, ProcessError, executable
 from vsa_msgs.msg import CaptureCounters, JointImpedance
+from vsa_tools.topics import suite_topics
 
 READY_S = 60.0  # for all processes to be active, on a busy machine
 ANSWER_S = 20.0  # for a service to answer, on a busy machine

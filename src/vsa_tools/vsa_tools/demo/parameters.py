@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from vsa_tools.demo.start_values import wrong_start
 from vsa_common.config.configuration import read_parameter_file
+from vsa_tools.demo.start_values import wrong_start
 
 Tree = dict[str, Any]
 Layer = Mapping[str, Mapping[str, Any]]  # parameters by bare node name

@@ -7,8 +7,8 @@ travels along (x, psi - preload); the cam is cut one roller radius beside that p
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vsa_tools.design.spring import ExponentialSpring
 from vsa_common.config.configuration import quantity
+from vsa_tools.design.spring import ExponentialSpring
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from vsa_common.config.configuration import ConfigurationError, build, parameters
+from vsa_common.figures import save
 from vsa_tools.design.cam import Cam, Follower, cam_for, least_preload, rolled_force
 from vsa_tools.design.plot import draw_design
 from vsa_tools.design.spring import ExponentialSpring, Specification, spring_from
-from vsa_common.config.configuration import ConfigurationError, build, parameters
-from vsa_common.figures import save
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
+from vsa_common.figures import JOINT, MEASURED, SIDE_1, SIDE_2, TRUTH, panels
 from vsa_tools.design.cam import Cam, Follower
 from vsa_tools.design.spring import ExponentialSpring, Specification
-from vsa_common.figures import JOINT, MEASURED, SIDE_1, SIDE_2, TRUTH, panels
 
 
 def draw_design(wanted: Specification, spring: ExponentialSpring, follower: Follower, cam: Cam) -> Any:

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from vsa_tools.evaluation.summary import Coefficient, Floats, Frames, Integers, JointRun, Series, Transmission
-from vsa_tools.topics import TRANSMISSIONS
 from vsa_common.io.bags import read
 from vsa_common.stamps import nanoseconds
+from vsa_tools.evaluation.summary import Coefficient, Floats, Frames, Integers, JointRun, Series, Transmission
+from vsa_tools.topics import TRANSMISSIONS
 
 COEFFICIENTS = ("k2", "d2", "inertia")
 Values = dict[str, float]

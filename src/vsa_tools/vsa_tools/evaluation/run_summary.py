@@ -5,6 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from vsa_common.config.configuration import flatten, load
+from vsa_common.io.tables import read_columns
+from vsa_common.terminal import show_table
+from vsa_estimator.settings import NodeConfig
+from vsa_simulator.node import SimulatorConfig
+from vsa_simulator.rig.config import TransmissionConfig
 from vsa_tools.evaluation.recorded_run import Recorded
 from vsa_tools.evaluation.summary import (
     UNKNOWN,
@@ -16,12 +22,6 @@ from vsa_tools.evaluation.summary import (
     transmission_summary,
 )
 from vsa_tools.topics import TRANSMISSIONS
-from vsa_common.config.configuration import flatten, load
-from vsa_common.io.tables import read_columns
-from vsa_common.terminal import show_table
-from vsa_simulator.rig.config import TransmissionConfig
-from vsa_simulator.node import SimulatorConfig
-from vsa_estimator.settings import NodeConfig
 
 TRUTH = tuple(f"{name}_{side}" for side in (1, 2) for name in ("stiffness", "damping"))
 PAPER_UNITS = {"k2": (1e-3, "1/mm"), "d2": (1e-9, "N s^3/mm^3"), "inertia": (1.0, "kg")}

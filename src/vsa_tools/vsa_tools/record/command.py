@@ -12,13 +12,13 @@ from typing import Any
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
+from vsa_common.config.configuration import ConfigurationError, quantity, string
+from vsa_common.io.bags import BagError, Recording
+from vsa_common.ros.node import ERROR, OK, STEADY, WARN, Health, SuiteNode
+from vsa_common.ros.process import run
+from vsa_common.terminal import Bar, progress
 from vsa_tools.record.spool import Spool
 from vsa_tools.topics import suite_topics
-from vsa_common.io.bags import BagError, Recording
-from vsa_common.config.configuration import ConfigurationError, quantity, words
-from vsa_common.ros.process import run
-from vsa_common.ros.node import ERROR, OK, STEADY, WARN, Health, SuiteNode
-from vsa_common.terminal import Bar, progress
 
 LOOK_FOR_TOPICS_S = 0.5
 
@@ -27,8 +27,8 @@ LOOK_FOR_TOPICS_S = 0.5
 class RecorderConfig:
     """Parameters of the recorder."""
 
-    out: str = words("", "folder of the recording, must not exist; empty: vsa_bag_DATE_TIME here")
-    topics: tuple[str, ...] = words(
+    out: str = string("", "folder of the recording, must not exist; empty: vsa_bag_DATE_TIME here")
+    topics: tuple[str, ...] = string(
         ("",), "topics of others to record besides, absolute names; their type is looked up"
     )
     queue_limit: int = quantity(100_000, "", 100, 10_000_000, "messages that may wait for the disk; more are dropped")
@@ -118,17 +118,17 @@ def message_class(type_name: str) -> type:
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
-def ros_arguments(words: Sequence[str]) -> list[str]:
+def ros_arguments(arguments: Sequence[str]) -> list[str]:
     """The tool's own options as arguments for ROS, before those that were given as such."""
     parser = argparse.ArgumentParser(prog="record", description=__doc__, epilog="Ctrl-C ends the recording.")
     parser.add_argument("--out", metavar="DIR", default="", help="folder of the recording (vsa_bag_DATE_TIME)")
     parser.add_argument("--namespace", default="", help="namespace of the joint (/vsa)")
     parser.add_argument("--topic", action="append", default=[], help="a topic of others to record besides; repeatable")
-    options = parser.parse_args(remove_ros_args([parser.prog, *words])[1:])
+    options = parser.parse_args(remove_ros_args([parser.prog, *arguments])[1:])
     own = ["-p", f"out:={options.out}"] if options.out else []
     own += ["-p", f"topics:=[{','.join(options.topic)}]"] if options.topic else []
     own += ["-r", f"__ns:=/{options.namespace.strip('/')}"] if options.namespace else []
-    given = list(words[words.index("--ros-args") :]) if "--ros-args" in words else []
+    given = list(arguments[arguments.index("--ros-args") :]) if "--ros-args" in arguments else []
     return [*given, "--ros-args", *own] if own else given
 
 

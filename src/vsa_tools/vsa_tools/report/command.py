@@ -10,16 +10,16 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
+from vsa_common.figures import lay_out, save, save_pdf, text_page
+from vsa_common.fork import ForkedTasks, ReportProgress
+from vsa_common.io.bags import BagError
+from vsa_common.io.tables import TableError
+from vsa_common.terminal import progress
 from vsa_tools.report.data import Run, read_run
 from vsa_tools.report.figures import plates
 from vsa_tools.report.page import page
 from vsa_tools.report.tables import Table, health_table, joint_table, table_1
 from vsa_tools.report.truth import Truths, read_truth
-from vsa_common.io.bags import BagError
-from vsa_common.fork import Copies, Tell
-from vsa_common.figures import lay_out, save, save_pdf, text_page
-from vsa_common.io.tables import TableError
-from vsa_common.terminal import progress
 
 LIBRARIES = ("vsa_tools", "numpy", "scipy", "rosbags", "matplotlib")
 STEPS = 3  # reading, drawing, writing
@@ -67,16 +67,16 @@ def write(
     def write_page() -> None:
         target.write_text(page(title, lead, warnings(run), tables, drawn, _texts(run)), encoding="utf-8")
 
-    def write_pdf(_: Tell) -> None:
+    def write_pdf(_: ReportProgress) -> None:
         first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
         save_pdf([first, *(plate.figure for plate in drawn)], out / "report.pdf")
 
-    def write_pictures(_: Tell) -> None:
+    def write_pictures(_: ReportProgress) -> None:
         for plate in drawn:
             save(plate.figure, out / "figures" / f"{plate.name}.png")
 
     tell("writing page, PDF and pictures")
-    beside = Copies(*([write_pdf, write_pictures] if prints else []))
+    beside = ForkedTasks(*([write_pdf, write_pictures] if prints else []))
     write_page()
     beside.results()
     return target

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from vsa_tools.report.columns import Gatherer, Series, first_stamp
 from vsa_common.io.bags import BagError, Topic, fields, read, read_raw, topics
 from vsa_common.ros.cdr import TORQUE_Z, Reader, read_position, read_wrench
 from vsa_common.stamps import NANOSECONDS, nanoseconds
 from vsa_estimator.offline.recordings import is_complete
+from vsa_tools.report.columns import Gatherer, Series, first_stamp
 
 WRENCH, JOINT_STATE = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
 IMPEDANCE, STATE = "vsa_msgs/msg/TransmissionImpedance", "vsa_msgs/msg/EstimatorState"

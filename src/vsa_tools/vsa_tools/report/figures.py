@@ -5,15 +5,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from vsa_common.figures import MEASURED, SIDES, TRUTH, panels, set_title, stack
+from vsa_common.types import Status
+from vsa_estimator.offline.allan import allan
 from vsa_tools.report.columns import Floats, Series
 from vsa_tools.report.data import Joint, Run, Side
-from vsa_tools.report.joint_figures import figure_health, figure_joint
 from vsa_tools.report.downsampling import cloud
+from vsa_tools.report.joint_figures import figure_health, figure_joint
 from vsa_tools.report.panels import Panel, force_rate
 from vsa_tools.report.truth import Truth, Truths
-from vsa_common.figures import MEASURED, SIDES, TRUTH, panels, set_title, stack
-from vsa_estimator.offline.allan import allan
-from vsa_estimator.output.estimate import Status
 
 
 @dataclass(frozen=True)

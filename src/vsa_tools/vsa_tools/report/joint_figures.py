@@ -4,12 +4,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from vsa_common.figures import JOINT, MEASURED, SIDES, TRUTH, stack
+from vsa_common.types import Status
 from vsa_tools.report.columns import Series
 from vsa_tools.report.data import Joint
 from vsa_tools.report.panels import Panel
 from vsa_tools.report.tables import delay
-from vsa_common.figures import JOINT, MEASURED, SIDES, TRUTH, stack
-from vsa_estimator.output.estimate import Status
 
 _STATUS_COLORS = {
     Status.INITIALIZING: "#d0d0d0",

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 
+from vsa_common.figures import inline_svg
 from vsa_tools.report.figures import Plate
 from vsa_tools.report.tables import Table
-from vsa_common.figures import inline_svg
 
 WIDE = 40  # letters from which a cell of a table may take several lines
 STYLE = """

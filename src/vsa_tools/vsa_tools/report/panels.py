@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
+from vsa_common.figures import band, limits
 from vsa_tools.report.columns import Floats
 from vsa_tools.report.downsampling import envelope, extremes
-from vsa_common.figures import band, limits
 
 RATE_FILTER = 0.19  # time constant that the two noise figures of section VI imply [s]
 

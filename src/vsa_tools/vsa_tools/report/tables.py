@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from vsa_common.types import ResetReason, Status
 from vsa_tools.report.columns import Floats, Series
 from vsa_tools.report.data import Joint, Side
 from vsa_tools.report.truth import Truth, Truths
-from vsa_estimator.output.estimate import Reset, Status
 
 Z95 = 1.96
 
@@ -134,7 +134,7 @@ def _health(side: Side) -> dict[str, str]:
 def _validity(series: Series) -> dict[str, str]:
     facts = {}
     resets, reason = float(series["reset_count"][-1]), series["reset_reason"][-1]
-    facts["resets"] = number(resets, 12) + (f", last: {word(Reset, reason)}" if resets else "")
+    facts["resets"] = number(resets, 12) + (f", last: {word(ResetReason, reason)}" if resets else "")
     valid = series.valid("stiffness")
     first = series.time[valid][:1]
     facts["stiffness first valid after"] = f"{first[0]:.2f} s" if len(first) else "never"
@@ -159,7 +159,7 @@ def delay(series: Series) -> Floats:
     return behind if -0.001 < np.median(behind) < 60.0 else np.empty(0)
 
 
-def word(kind: type[Status] | type[Reset], value: float) -> str:
+def word(kind: type[Status] | type[ResetReason], value: float) -> str:
     """Name of an enumeration's value, or the bare number of one that is not known."""
     try:
         return kind(int(value)).name

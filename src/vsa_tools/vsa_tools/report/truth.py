@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from vsa_common.io.tables import read_columns
+from vsa_common.stamps import NANOSECONDS
 from vsa_tools.report.columns import Floats
 from vsa_tools.report.data import Run, Side
-from vsa_common.stamps import NANOSECONDS
-from vsa_common.io.tables import read_columns
 
 QUANTITIES = ("deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
 

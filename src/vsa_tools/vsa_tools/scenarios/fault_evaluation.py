@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_tools.evaluation.summary import Floats, Integers
 from vsa_simulator.faults.failure import Failure
+from vsa_tools.evaluation.summary import Floats, Integers
 
 NAMED_S, VALID_S, LYING_S = 1.0, 15.0, 0.1  # what is asked of the suite
 OFF, DEVIATIONS = 0.01, 4.0  # a stiffness off by more than both, and marked valid, is a lie

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from vsa_tools.scenarios import fault_evaluation as rehearsal
-from vsa_tools.scenarios.scenario import Scenario as PlainScenario
-from vsa_tools.evaluation.summary import Frames, joint_truth
-from vsa_tools.topics import TRANSMISSIONS
-from vsa_tools.evaluation.run_summary import geometry
-from vsa_common.io.bags import read
 from vsa_common.config.configuration import load
-from vsa_common.stamps import nanoseconds
+from vsa_common.io.bags import read
 from vsa_common.io.tables import read_columns
+from vsa_common.stamps import nanoseconds
 from vsa_common.terminal import show_table
+from vsa_msgs.msg import TransmissionImpedance
 from vsa_simulator.faults.failure import Failure, scenario
 from vsa_simulator.node import SimulatorConfig
-from vsa_msgs.msg import TransmissionImpedance
+from vsa_tools.evaluation.run_summary import geometry
+from vsa_tools.evaluation.summary import Frames, joint_truth
+from vsa_tools.scenarios import fault_evaluation as rehearsal
+from vsa_tools.scenarios.scenario import Scenario as PlainScenario
+from vsa_tools.topics import TRANSMISSIONS
 
 TRUTH = ("stiffness_1", "stiffness_2", "damping_1", "damping_2")
 

@@ -6,10 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from vsa_common.types import Array
 from vsa_joint.impedance.reflection import Joint
-
-Array = NDArray[np.float64]
 
 LEARNING = 24.0  # s of motion by the rig's profile, for the estimators
 STEPS = (1.0, 2.0, 4.0, 2.0, 1.0, 0.5, 4.0, 0.5, 1.0)  # N m/rad, the first is the way in

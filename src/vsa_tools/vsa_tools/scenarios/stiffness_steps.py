@@ -12,18 +12,18 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from std_srvs.srv import SetBool
-from vsa_tools.scenarios import stiffness_plan as plan
-from vsa_tools.evaluation.recorded_run import Recorded
-from vsa_tools.scenarios.scenario import Scenario as PlainScenario
-from vsa_tools.demo.harness import Part
-from vsa_common.io.bags import read
 from vsa_common.config.configuration import load
+from vsa_common.io.bags import read
+from vsa_common.io.tables import read_columns
 from vsa_common.ros.node import RELIABLE, STEADY
 from vsa_common.stamps import nanoseconds
-from vsa_common.io.tables import read_columns
 from vsa_common.terminal import show_table
 from vsa_joint.settings import JointConfig
 from vsa_msgs.msg import StiffnessCommand
+from vsa_tools.demo.harness import Part
+from vsa_tools.evaluation.recorded_run import Recorded
+from vsa_tools.scenarios import stiffness_plan as plan
+from vsa_tools.scenarios.scenario import Scenario as PlainScenario
 
 COMMAND_PERIOD = 0.02  # s
 ARMED_BEFORE = 2.0  # s, before the first command

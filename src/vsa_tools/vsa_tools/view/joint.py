@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from vsa_tools.view.time_series import Delays, Stream
+from vsa_common.ros.cdr import Reader
 from vsa_tools.view.events import Events
 from vsa_tools.view.section import Part
-from vsa_common.ros.cdr import Reader
+from vsa_tools.view.time_series import Delays, Stream
 
 _QUANTITIES = ("stiffness", "damping", "inertia")
 _FIELDS = tuple(name + end for name in _QUANTITIES for end in ("", "_variance", "_valid"))

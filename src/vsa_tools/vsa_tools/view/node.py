@@ -11,13 +11,13 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from vsa_tools.topics import suite_topics
-from vsa_tools.view.reason import QUIET, why_no_data
-from vsa_tools.view.view_model import Show
 from vsa_common.ros.cdr import read_position
 from vsa_common.ros.node import STEADY
 from vsa_common.ros.throttle import SUFFIX
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
+from vsa_tools.topics import suite_topics
+from vsa_tools.view.reason import QUIET, why_no_data
+from vsa_tools.view.view_model import Show
 
 DEPTH = 4000  # messages that wait while this computer is busy elsewhere
 WATCH = 0.1  # seconds between two looks for silence

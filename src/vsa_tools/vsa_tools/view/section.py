@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from operator import itemgetter
 from typing import Any
 
-from vsa_tools.view.time_series import SILENT, quantity, status_word
-from vsa_tools.view.events import Events, Turns
 from vsa_common.ros.cdr import Reader
+from vsa_tools.view.events import Events, Turns
+from vsa_tools.view.time_series import SILENT, quantity, status_word
 
 
 class Part:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from vsa_estimator.output.estimate import Status
+from vsa_common.types import Status
 
 WIDTH_NS = 20_000_000  # of a bin: 50 points a second, however fast the data
 KEPT = 1500  # bins that a newly opened page gets, 30 s

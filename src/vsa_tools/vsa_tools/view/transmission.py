@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from vsa_tools.view.time_series import Stream, lost, quantity
+from vsa_common.ros.cdr import Reader, read_counters, read_stamp
+from vsa_common.types import ResetReason
 from vsa_tools.view.events import Events, Tally
 from vsa_tools.view.section import Part
-from vsa_common.ros.cdr import Reader, read_counters, read_stamp
-from vsa_estimator.output.estimate import Reset
+from vsa_tools.view.time_series import Stream, lost, quantity
 
 RATE_FILTER = 0.19  # of the force rate, what section VI implies [s]
 
@@ -21,7 +21,7 @@ _TOLD = {  # counts of which the page tells when they grow
     "force_rejected": "force rejected by the gate",
     "deflection_rejected": "position rejected by the gate",
 }
-_RESETS = {reason.value: reason.name for reason in Reset}
+_RESETS = {reason.value: reason.name for reason in ResetReason}
 
 
 class SideShow(Part):

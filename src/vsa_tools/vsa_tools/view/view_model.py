@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
+from vsa_common.ros.cdr import Reader
 from vsa_tools.topics import TRANSMISSIONS
-from vsa_tools.view.time_series import Board
 from vsa_tools.view.events import Events
 from vsa_tools.view.joint import JointShow
+from vsa_tools.view.time_series import Board
 from vsa_tools.view.transmission import SideShow
-from vsa_common.ros.cdr import Reader
 
 Fields = Mapping[str, str]  # of a message: kind by name
 
