@@ -12,7 +12,7 @@ def machine_after(*events):
 
 
 def test_every_mode_is_reached_from_the_first_sample_on_and_left_again():
-    assert {target for target in TRANSITIONS.values()} == set(Mode) - {Mode.WAITING}
+    assert set(TRANSITIONS.values()) == set(Mode) - {Mode.WAITING}
     assert {mode for mode, _ in TRANSITIONS} == set(Mode)
 
 

@@ -21,9 +21,7 @@ from vsa_estimator.tuning.fault_detection import (
     MIN_TRACKING_TIME,
 )
 
-INCONSISTENT = (
-    "force and encoder are inconsistent with the estimated model: a sensor drifts, or the transmission changed"
-)
+INCONSISTENT = "force and encoder are inconsistent with the estimated model: sensor drift or a changed transmission"
 AFTER_GAP = "consistency check after a gap"
 
 
