@@ -1,4 +1,4 @@
-"""The generated blocks of docs/reference/interfaces.md: message fields and parameters, read from where they are defined.
+"""The generated blocks of docs/reference/interfaces.md: message fields and parameters, from their definitions.
 
 `python -m vsa_tools.reference_tables docs/reference/interfaces.md` writes them anew between their markers.
 """
