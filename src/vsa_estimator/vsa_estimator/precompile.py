@@ -5,7 +5,8 @@ from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.initialization.windows import BAND, whiten
+from vsa_estimator.initialization.row_noise import whiten
+from vsa_estimator.initialization.windows import BAND
 from vsa_estimator.output.predictor import SNAPSHOT, predict_row, process_sample
 from vsa_estimator.preprocessing.pipeline import Pipeline
 from vsa_estimator.settings import EstimatorConfig

@@ -203,7 +203,7 @@ class Supervisor:
         per_block = 1.0 / math.sqrt(block.samples)
         self.initializer.begin(
             period, self.tracker.reference, self.force_noise.std * per_block,
-            self.deflection_noise.std * per_block, self.jerk.likeliest, audit=self.tracker.initialized,
+            self.deflection_noise.std * per_block, self.jerk.likeliest, cross_check=self.tracker.initialized,
         )  # fmt: skip
 
     def run_initialization(self) -> None:
@@ -211,10 +211,8 @@ class Supervisor:
         fit = self.initializer.advance(self._samples.period_ns * 1e-9)
         if fit is None:
             return
-        tracker, sure = (
-            self.tracker,
-            self.initializer.ready_to_hand_over(fit, self.force_noise.std / math.sqrt(self._averaged)),
-        )
+        self.initializer.evaluate(fit, self.force_noise.std / math.sqrt(self._averaged))
+        tracker, sure = self.tracker, self.initializer.ready_to_hand_over
         if tracker.initialized:
             self._audit_pause = min(2 * self._audit_pause, AUDIT_MOST)
             self._audit_ns = self.step_ns + self._audit_pause

@@ -7,8 +7,10 @@ import pytest
 from transmission_data import ANOTHER, MULTISINE, SLOW, TRANSMISSION_1, column, record, run, wrong_start
 from vsa_common.types import Status
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.initialization.regression import FADING, Fit
-from vsa_estimator.initialization.windows import BAND, whiten
+from vsa_estimator.initialization.posterior import Fit
+from vsa_estimator.initialization.row_noise import whiten
+from vsa_estimator.initialization.windows import BAND
+from vsa_estimator.tuning.initialization import INCONSISTENCY_DECAY
 
 
 @pytest.mark.parametrize("k2_factor", [0.7, 1.3])
@@ -92,14 +94,16 @@ def test_a_fit_that_leaps_from_the_one_before_is_as_wide_as_the_leap():
         return Fit(mean, np.diag([std**2, 25.0, 1e4, 1e14, 0.1, 0.1, 0.01]), 0.02, 0.01, 1e-3)
 
     first, near, far = fit(7.0, 0.1), fit(7.2, 0.03), fit(7.4, 0.03)
-    assert first.after(None) is first
-    assert np.array_equal(near.after(first).covariance, near.covariance)
-    leapt = far.after(first)
+    assert first.fuse_with_previous(None) is first
+    assert np.array_equal(near.fuse_with_previous(first).covariance, near.covariance)
+    leapt = far.fuse_with_previous(first)
     assert np.array_equal(leapt.mean, far.mean)
     assert leapt.covariance[0, 0] == pytest.approx(0.4**2 + 0.03**2)
-    back = near.after(leapt)  # from one so wide that is no leap, but the doubt lasts
-    assert back.covariance[0, 0] == pytest.approx((FADING * 0.4) ** 2 + 0.03**2)
-    assert near.after(back).covariance[0, 0] == pytest.approx((FADING**2 * 0.4) ** 2 + 0.03**2)
+    back = near.fuse_with_previous(leapt)  # from one so wide that is no leap, but the doubt lasts
+    assert back.covariance[0, 0] == pytest.approx((INCONSISTENCY_DECAY * 0.4) ** 2 + 0.03**2)
+    assert near.fuse_with_previous(back).covariance[0, 0] == pytest.approx(
+        (INCONSISTENCY_DECAY**2 * 0.4) ** 2 + 0.03**2
+    )
 
 
 def test_a_leap_of_k2_makes_it_too_uncertain_to_start_a_filter_from():
@@ -107,8 +111,8 @@ def test_a_leap_of_k2_makes_it_too_uncertain_to_start_a_filter_from():
         mean = np.array([7.0, k2, 4e3, -1e8, 0.4, 16.0, 0.3])
         return Fit(mean, np.diag([1e-4, 25.0, 1e4, 1e14, 0.1, 0.1, 0.01]), 0.02, 0.01, 1e-3)
 
-    assert fit(260.0).after(fit(250.0)).ln_k2_std == pytest.approx(0.02)
-    leapt = fit(230.0).after(fit(250.0))
+    assert fit(260.0).fuse_with_previous(fit(250.0)).ln_k2_std == pytest.approx(0.02)
+    leapt = fit(230.0).fuse_with_previous(fit(250.0))
     assert leapt.covariance[1, 1] == pytest.approx(20.0**2 + 25.0)
     assert leapt.ln_k2_std == pytest.approx(np.hypot(0.02, 20.0 / 230.0))
 
