@@ -72,8 +72,8 @@ class ForceRateFilter(ExtendedKalmanFilter):  # type: ignore[misc]
         dt = self._dt
         new_x, new_v, new_a = _integrate(x, v, a, j, dt)
         keep = math.exp(-dt / RATE_FILTER)
-        new_sigma = sigma * math.exp(_clip_growth(k2 * (new_x - x)))  # (15), integrated exactly
-        new_damping = damping + 3.0 * d2 * (new_v**2 - v**2)  # (16), integrated exactly
+        new_sigma = sigma * math.exp(_clip_growth(k2 * (new_x - x)))  # (15), integrated over dx
+        new_damping = damping + 3.0 * d2 * (new_v**2 - v**2)  # (16), integrated over dv
         middle_v, middle_a = v + 0.5 * a * dt, a + 0.5 * j * dt
         force_rate = 0.5 * (sigma + new_sigma) * middle_v + 0.5 * (damping + new_damping) * middle_a + mass * j  # (14)
         new_rate = keep * rate + (1.0 - keep) * force_rate
