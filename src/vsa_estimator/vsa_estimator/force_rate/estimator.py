@@ -15,8 +15,8 @@ from vsa_estimator.force_rate.rate_filter import RateFilter
 from vsa_estimator.force_rate.rate_noise import RateNoise
 from vsa_estimator.force_rate.report import Snapshot, estimate_at, state_of
 from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
-from vsa_estimator.preprocessing import decimator, validation
-from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.preprocessing.decimator import Decimated, add_sample, finished_blocks, initial_decimator
+from vsa_estimator.preprocessing.validation import DROP, TIME_RESET, initial_validation, validate
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.force_rate import (
     GAP,
@@ -37,8 +37,7 @@ class ForceRateEstimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Without samples; every method has the signature of `Estimator`."""
         self.config = config
-        self._bounds = validation.IMPLAUSIBLE_RATIO * np.array([config.force_limit, config.deflection_limit])
-        self._validation = np.zeros(validation.STAMPS, dtype=np.int64)
+        self._validation = initial_validation(config.force_limit, config.deflection_limit)
         self._dropped = 0
         self._reset_count, self._reset_reason = 0, ResetReason.NONE
         self._fused = self._stamp_ns = 0
@@ -53,8 +52,7 @@ class ForceRateEstimator:
         self._rate = RateFilter()
         self._rate_noise = RateNoise(self.config.force_noise_std)
         self._jerk = JerkDensity()
-        self._means = decimator.no_samples(self.config.filter_rate)
-        self._stamps = np.zeros(decimator.STAMPS, dtype=np.int64)
+        self._decimator = initial_decimator(self.config.filter_rate)
         self._stamp_ns = 0
         self._step_ns = self._refreshed_ns = self._offset_ns = 0
         self._force = self._reference = self._innovation = 0.0
@@ -63,11 +61,11 @@ class ForceRateEstimator:
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of transmission force [N] and deflection [m]; None for a sample that is dropped."""
-        action = validation.validate(self._bounds, self._validation, stamp_ns, force, deflection)
-        if action == validation.DROP:
+        action = validate(self._validation[0], stamp_ns, force, deflection)
+        if action == DROP:
             self._dropped += 1
             return None
-        if action == validation.TIME_RESET:
+        if action == TIME_RESET:
             self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
         if self._filter is not None and stamp_ns - self._stamp_ns > GAP * 1e9:
@@ -76,15 +74,16 @@ class ForceRateEstimator:
             self._filter = self._initial_filter(force, deflection)
             self._reference = deflection
             self._step_ns = self._refreshed_ns = self._offset_ns = stamp_ns
-        finished = decimator.collect(self._means, self._stamps, stamp_ns, deflection, force, True, True)
-        for block in decimator.finished_blocks(self._means, self._stamps, finished):
+        decimator = self._decimator[0]
+        finished = add_sample(decimator, stamp_ns, deflection, force, True, True)
+        for block in finished_blocks(decimator, finished):
             self._step(self._filter, block)
         self._fused += 1
         self._force, self._stamp_ns = force, stamp_ns
         return estimate_at(self._snapshot(), stamp_ns)
 
     def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
-        """Estimates of many samples; a row of `values.ROW` for each, NaN where it was dropped."""
+        """Estimates of many samples; a row with the columns `ROW` for each, NaN where it was dropped."""
         rows = no_rows(len(stamp_ns))
         for row, *sample in zip(rows, stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True):
             row[:] = row_of(self.add(*sample))

@@ -1,5 +1,7 @@
 """What the filter says of the impedance between two of its steps, and whether that is to be relied on."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
@@ -115,11 +117,11 @@ def predict_row(
 
 @compiled
 def process_into(
-    row: Array, memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
+    row: Array, state: NDArray[Any], known: Array, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """`take` a sample and, where no step is due and its signs say nothing, FOLLOWED: assessed into the row as well."""
-    verdict, found, instant_ns, blocks = preprocess(memory, stamps, stamp_ns, force, deflection)
+    verdict, found, instant_ns, blocks = preprocess(state, stamp_ns, force, deflection)
     if verdict == ACCEPT and not found and not blocks and beliefs[HOLDS] > 0.0:
         verdict = FAST_PATH
         predict_into(row, known, beliefs, moments, stamp_ns, instant_ns, deflection, True, False, False)
@@ -128,20 +130,18 @@ def process_into(
 
 @compiled
 def process_sample(
-    memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
+    state: NDArray[Any], known: Array, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int, Assessment]:  # fmt: skip
     """As `follow_into`; the assessment means something with FOLLOWED alone."""
     row = np.zeros(FIELDS)
-    verdict, found, instant_ns, blocks = process_into(
-        row, memory, stamps, known, beliefs, moments, stamp_ns, force, deflection
-    )
+    verdict, found, instant_ns, blocks = process_into(row, state, known, beliefs, moments, stamp_ns, force, deflection)
     return verdict, found, instant_ns, blocks, as_tuple(row)
 
 
 @compiled
 def process_samples(
-    rows: Array, memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
+    rows: Array, state: NDArray[Any], known: Array, beliefs: Array, moments: Moments,
     stamp_ns: Moments, force: Array, deflection: Array, first: int, end: int,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
     """`follow_into` samples from `first` on up to one that is not FOLLOWED; which, and what is said of it.
@@ -150,7 +150,7 @@ def process_samples(
     """
     for i in range(first, end):
         verdict, found, instant_ns, blocks = process_into(
-            rows[i, :FIELDS], memory, stamps, known, beliefs, moments, stamp_ns[i], force[i], deflection[i]
+            rows[i, :FIELDS], state, known, beliefs, moments, stamp_ns[i], force[i], deflection[i]
         )
         if verdict != FAST_PATH:
             return i, verdict, found, instant_ns, blocks
