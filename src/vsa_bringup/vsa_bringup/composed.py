@@ -142,7 +142,7 @@ class Turns:
         drivers = (node for node in nodes if isinstance(node, DirectDriver) and node.active)
         links = [driver.link for driver in drivers if driver.link.polled]
         waited_for = [link.fileno() for link in links if link.fileno() >= 0]
-        rest = self._rest.due()
+        rest = self._rest.pause()
         ready = select(waited_for, [], [], 0.0 if rest > 0.0 else min(wait_s, WAIT_S))[0]
         for link in links:
             for _ in range(FRAMES):

@@ -1,4 +1,4 @@
 """Recordings and tables as files. Input: paths of rosbag2 bags or CSV files. Output: messages, bytes, numpy arrays.
 
-Permitted imports: vsa_common.io.bags, numpy, polars
+Permitted imports: numpy, polars
 """

@@ -112,7 +112,7 @@ class BusLink:
         rest = Coalescer(self._rest_s)
         while not self._stopping.is_set():
             self.step(self._poll_s)
-            if (seconds := rest.due()) > 0.0:
+            if (seconds := rest.pause()) > 0.0:
                 while self.step(0.0) and not self._stopping.is_set():
                     pass
                 self._stopping.wait(seconds)
