@@ -14,7 +14,7 @@ from vsa_simulator.node import SimulatorConfig
 from vsa_tools.demo.command import clear, write_run
 from vsa_tools.demo.isolation import claim_domain
 from vsa_tools.demo.parameters import base_parameters, lay_over, write_parameters
-from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario
+from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario
 
 
 def options(folder: Path, seed: int = 3) -> argparse.Namespace:
@@ -90,7 +90,7 @@ def test_two_runs_never_share_a_domain_or_a_port():
 def test_the_plain_demo_is_a_scenario_that_does_nothing(tmp_path):
     plain = load_scenario("", options(tmp_path))
     assert type(plain) is Scenario
-    assert (plain.parameters(), list(plain.parts()), plain.evaluate(tmp_path)) == ({}, [], {})
+    assert (plain.parameters(), list(plain.processes()), plain.evaluate(tmp_path)) == ({}, [], {})
     with pytest.raises(ScenarioError, match="no scenario 'moon'"):
         load_scenario("moon", options(tmp_path))
 

@@ -22,7 +22,7 @@ from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
 from vsa_tools.demo.isolation import IsolationError, claim_domain
 from vsa_tools.demo.parameters import Layer, base_parameters, lay_over, write_parameters, wrong_starts
 from vsa_tools.demo.report_process import Reporter
-from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario, scenario_names
+from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 
 RATE_HZ = 500  # two cores lose nothing at it with the recorder on
 DURATION_S = 60.0
@@ -69,7 +69,7 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
     corner = claim_domain()
     parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
     page = free_port(VIEW_PORT) if options.view else 0
-    parts = [*(COMPOSED if scenario.composed else PROCESSES), *scenario.parts(), *([_view(page)] if page else [])]
+    parts = [*(COMPOSED if scenario.composed else PROCESSES), *scenario.processes(), *([_view(page)] if page else [])]
     nodes = [node for part in parts for node in part.nodes or (part.name,)]
     waiting = [node for node in nodes if node not in ("driver", "view")]
     with contextlib.ExitStack() as ends:
@@ -93,7 +93,8 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
 
 def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario, reporter: Reporter) -> dict[str, Any]:
     """Judge, show and report the run in `folder`; the content of summary.json."""
-    from vsa_tools.evaluation.run_summary import show, summarise
+    from vsa_tools.evaluation.run_summary import summarise
+    from vsa_tools.evaluation.run_table import show
 
     with progress(None, "reading the bag"):
         summary = summarise(folder, arrivals_ns)
