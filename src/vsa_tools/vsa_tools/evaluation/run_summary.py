@@ -76,11 +76,11 @@ def _joint(recorded: RecordedRun) -> JointRun:
 def _series(recorded: RecordedRun, source: str) -> tuple[Series, Series]:
     """Stiffness and damping of a transmission or of the joint."""
     columns = recorded.estimates(source)
-    stiffness, damping = (
-        Series(columns[name], np.sqrt(np.maximum(columns[f"{name}_variance"], 0.0)))
-        for name in ("stiffness", "damping")
-    )
-    return stiffness, damping
+
+    def series(name: str) -> Series:
+        return Series(columns[name], np.sqrt(np.maximum(columns[f"{name}_variance"], 0.0)))
+
+    return series("stiffness"), series("damping")
 
 
 def _coefficient(state: Any, name: str, start: Values, truth: Values) -> Coefficient:

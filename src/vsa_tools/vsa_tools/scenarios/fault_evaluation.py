@@ -103,14 +103,14 @@ def recovery_time(source: Estimates, interval: FaultInterval) -> float | None:
 
 
 def undetected_error(source: Estimates, interval: FaultInterval) -> tuple[float, float]:
-    """Longest stretch of wrong stiffness that is marked valid [s], and the relative error of greatest magnitude in it."""
+    """Longest interval of wrong stiffness marked valid [s], and the relative error of greatest magnitude in it."""
     here = (source.time >= interval.begin) & (source.time < interval.until) & source.valid
     wrong = here & (np.abs(source.error) > ERROR_THRESHOLD) & (np.abs(source.deviations) > DEVIATION_THRESHOLD)
     if not wrong.any():
         return 0.0, 0.0
     time, error = source.time[wrong], source.error[wrong]
-    stretches = np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > INTERVAL_GAP_S) + 1)
-    longest = max(stretches, key=lambda stretch: time[stretch[-1]] - time[stretch[0]])
+    intervals = np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > INTERVAL_GAP_S) + 1)
+    longest = max(intervals, key=lambda one: time[one[-1]] - time[one[0]])
     length = float(time[longest[-1]] - time[longest[0]])
     return round(length, 3), round(float(error[longest][np.argmax(np.abs(error[longest]))]), 4)
 

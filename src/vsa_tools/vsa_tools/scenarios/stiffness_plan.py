@@ -93,9 +93,9 @@ def pushes() -> list[Push]:
         for sign in (1.0, -1.0):
             target = sign * PUSH_ANGLE * command.stiffness
             for k in range(1, RAMP_STEPS + 1):
-                part = k / RAMP_STEPS
-                eased = 0.5 - 0.5 * math.cos(math.pi * part)
-                out.append(Push(begin + PUSH_RAMP_S * part, now + eased * (target - now)))
+                fraction = k / RAMP_STEPS
+                eased = 0.5 - 0.5 * math.cos(math.pi * fraction)
+                out.append(Push(begin + PUSH_RAMP_S * fraction, now + eased * (target - now)))
             begin, now = begin + PUSH_S, target
         out += [
             Push(begin + RELEASE_S * k / RAMP_STEPS, now * (0.5 + 0.5 * math.cos(math.pi * k / RAMP_STEPS)))
