@@ -28,8 +28,8 @@ def figures() -> dict[str, np.ndarray]:
         found = {"summary.json": _leaves(summarise(folder, [])), "control.json": _leaves(_control(folder))}
         run = read_run(folder / "bag")
         truth = read_truth(folder / "truth.csv", run)
-        for plate in figure_pages(run, truth):
-            found[f"figure {plate.name}"] = _drawn(plate.figure)
+        for page in figure_pages(run, truth):
+            found[f"figure {page.name}"] = _drawn(page.figure)
         for index, table in enumerate(all_tables(run, truth)):
             cells = " ".join(" ".join(map(str, row)) for row in table.rows)
             found[f"table {index}"] = np.array([float(x.rstrip(".")) for x in NUMBER.findall(cells)])

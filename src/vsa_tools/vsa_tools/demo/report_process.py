@@ -13,7 +13,7 @@ ctypes.CDLL(None).prctl(1, signal.SIGKILL)
 from vsa_tools.report.command import write
 folder = sys.stdin.readline().rstrip("\\n")
 if folder:
-    write(f"{folder}/bag", folder, prints=False)
+    write(f"{folder}/bag", folder, print_files=False)
 """
 
 
