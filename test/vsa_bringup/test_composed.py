@@ -61,9 +61,9 @@ NOTHING_ELSE = """
 """
 
 
-def spin_until(executor: Executor, true, timeout=40.0):
+def spin_until(executor: Executor, condition, timeout=40.0):
     end = time.monotonic() + timeout
-    while not true():
+    while not condition():
         assert time.monotonic() < end, "timeout"
         executor.spin_once(timeout_sec=0.01)
 
@@ -80,6 +80,24 @@ class Received:
     @staticmethod
     def listen(node, kind, topic, kept):
         node.create_subscription(kind, topic, lambda m: kept.setdefault(nanoseconds(m.header.stamp), m), RELIABLE)
+
+
+def assert_equal_messages(direct, separate):
+    """Messages of the same stamps are equal; predictions on a busy machine have other stamps."""
+    for side in SIDES:
+        one, other = direct.impedances[side], separate.impedances[side]
+        both = one.keys() & other.keys()
+        assert len(both) > 0.9 * SAMPLES
+        assert all(one[stamp] == other[stamp] for stamp in both)
+    for received in (direct.joints, separate.joints):  # the first estimates depend on the order of the sides
+        for stamp in [stamp for stamp, message in received.items() if "no sample yet" in message.reason]:
+            del received[stamp]
+    for stamp in (common := direct.joints.keys() & separate.joints.keys()):
+        for message in (direct.joints[stamp], separate.joints[stamp]):
+            message.stiffness_min = message.stiffness_max = 0.0  # computed ten times a second, by another timer
+            message.stiffness_range_valid = False
+        assert direct.joints[stamp] == separate.joints[stamp]
+    assert len(common) > 0.9 * SAMPLES
 
 
 @pytest.fixture
@@ -133,20 +151,7 @@ def test_samples_passed_by_calls_give_the_same_estimates_as_samples_by_topics(ro
 
             send(SAMPLES)
             spin_until(executor, lambda: max(direct.joints) in separate.joints)
-            for side in SIDES:
-                one, other = direct.impedances[side], separate.impedances[side]
-                both = one.keys() & other.keys()  # predictions on a busy machine have other stamps
-                assert len(both) > 0.9 * SAMPLES
-                assert all(one[stamp] == other[stamp] for stamp in both)
-            for received in (direct.joints, separate.joints):  # the first estimates depend on the order of the sides
-                for stamp in [stamp for stamp, message in received.items() if "no sample yet" in message.reason]:
-                    del received[stamp]
-            for stamp in (common := direct.joints.keys() & separate.joints.keys()):
-                for message in (direct.joints[stamp], separate.joints[stamp]):
-                    message.stiffness_min = message.stiffness_max = 0.0  # computed ten times a second, by another timer
-                    message.stiffness_range_valid = False
-                assert direct.joints[stamp] == separate.joints[stamp]
-            assert len(common) > 0.9 * SAMPLES
+            assert_equal_messages(direct, separate)
 
             spin_until(executor, lambda: max(direct.joints) >= together[0]._fusion.newest.stamp_ns)  # none in transit
             estimator.trigger_deactivate()
@@ -207,10 +212,10 @@ def test_two_joints_on_one_can_fd_bus_need_one_parameter_file(two_joints):
             bus.send(message.frame_id, message.encode(values), fd=True)
             number += 1
 
-        def fed(true):
+        def fed(condition):
             def step():
                 sample()
-                return true()
+                return condition()
 
             return step
 

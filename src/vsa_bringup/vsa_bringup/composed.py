@@ -95,7 +95,12 @@ class DirectDriver(DriverNode):
     All of it in the thread that reads the bus, so that every received frame is processed before a timeout is declared.
     """
 
-    estimators: Mapping[str, EstimatorNode]
+    def __init__(self, namespace: str, joint: JointNode, polled: bool) -> None:
+        super().__init__(namespace=namespace)
+        self.polled = polled
+        sides = [int(name[-1]) - 1 for name in self.config.transmissions]
+        estimators = [DirectEstimator(namespace, side, joint) for side in sides]
+        self.estimators: Mapping[str, EstimatorNode] = {one.config.transmission: one for one in estimators}
 
     def start(self) -> None:
         self._checked_ns = 0
@@ -119,12 +124,9 @@ class DirectDriver(DriverNode):
 
 def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
     """The nodes of one joint, in the order in which they start; with `polled` the bus is read by `BusSpinner`."""
-    driver, joint = DirectDriver(namespace=namespace), DirectJoint(namespace=namespace)
-    sides = [int(name[-1]) - 1 for name in driver.config.transmissions]
-    estimators = [DirectEstimator(namespace, side, joint) for side in sides]
-    driver.estimators = {estimator.config.transmission: estimator for estimator in estimators}
-    driver.polled = polled
-    return [joint, *estimators, driver]
+    joint = DirectJoint(namespace=namespace)
+    driver = DirectDriver(namespace, joint, polled)
+    return [joint, *driver.estimators.values(), driver]
 
 
 class BusSpinner:
