@@ -99,7 +99,7 @@ class DirectDriver(DriverNode):
 
     def start(self) -> None:
         self._looked_ns = 0
-        self.on_quiet = self._on_quiet
+        self.on_idle = self._on_quiet
         super().start()
 
     def on_sample(self, sample: Measurement) -> None:
@@ -119,11 +119,10 @@ class DirectDriver(DriverNode):
 
 def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
     """The nodes of one joint, in the order in which they start; with `polled` for `Turns` to read the bus."""
-    driver, joint = DirectDriver(namespace=namespace), DirectJoint(namespace=namespace)
+    driver, joint = DirectDriver(namespace=namespace, single_threaded=polled), DirectJoint(namespace=namespace)
     sides = [int(name[-1]) - 1 for name in driver.config.transmissions]
     estimators = [DirectEstimator(namespace, side, joint) for side in sides]
     driver.estimators = {estimator.config.transmission: estimator for estimator in estimators}
-    driver.polled = polled
     return [joint, *estimators, driver]
 
 
@@ -140,7 +139,7 @@ class Turns:
     def __call__(self, executor: Executor, nodes: Sequence[SuiteNode[Any]], wait_s: float) -> None:
         """One turn: what has come of frames, a few at most, then everything else, one thing for each WAIT_S."""
         drivers = (node for node in nodes if isinstance(node, DirectDriver) and node.active)
-        links = [driver.link for driver in drivers if driver.link.polled]
+        links = [driver.link for driver in drivers if driver.link.single_threaded]
         waited_for = [link.fileno() for link in links if link.fileno() >= 0]
         rest = self._rest.due()
         ready = select(waited_for, [], [], 0.0 if rest > 0.0 else min(wait_s, WAIT_S))[0]

@@ -55,7 +55,7 @@ class Suite:
             if (found := estimator.add(sample.stamp_ns, sample.force, sample.deflection)) is None:
                 continue
             self.rows[name].append((
-                sample.number, found.stiffness, found.stiffness_variance, found.stiffness_valid,
+                sample.sequence, found.stiffness, found.stiffness_variance, found.stiffness_valid,
                 found.status is Status.VALID,
             ))  # fmt: skip
             if sample.stamp_ns - self._looked[name] >= TOLD_NS:
