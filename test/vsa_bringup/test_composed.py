@@ -306,6 +306,6 @@ def test_between_two_samples_pending_work_is_done_step_by_step_before_prediction
         estimators={"1": PendingEstimator(done, ["step 1", "fit 1"]), "2": PendingEstimator(done, ["step 2"])}
     )
     for count in (1, 2, 3, 5):
-        DirectDriver._on_quiet(driver, 5_000)
+        DirectDriver._on_idle(driver, 5_000)
         assert len(done) == count
     assert done == ["step 1", "fit 1", "step 2", 4_000, 4_000]

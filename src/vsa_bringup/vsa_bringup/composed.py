@@ -95,16 +95,15 @@ class DirectDriver(DriverNode):
     All of it in the thread that reads the bus, so that every received frame is processed before a timeout is declared.
     """
 
-    def __init__(self, namespace: str, joint: JointNode, polled: bool) -> None:
-        super().__init__(namespace=namespace)
-        self.polled = polled
+    def __init__(self, namespace: str, joint: JointNode, single_threaded: bool) -> None:
+        super().__init__(namespace=namespace, single_threaded=single_threaded)
         sides = [int(name[-1]) - 1 for name in self.config.transmissions]
         estimators = [DirectEstimator(namespace, side, joint) for side in sides]
         self.estimators: Mapping[str, EstimatorNode] = {one.config.transmission: one for one in estimators}
 
     def start(self) -> None:
         self._checked_ns = 0
-        self.on_quiet = self._on_quiet
+        self.on_idle = self._on_idle
         super().start()
 
     def on_sample(self, sample: Measurement) -> None:
@@ -115,17 +114,17 @@ class DirectDriver(DriverNode):
             for estimator in self.estimators.values():  # by stamps: frames of the other side may be unread
                 estimator.predict_to(sample.stamp_ns - SIDE_DELAY_NS - estimator.stamp_ns)
 
-    def _on_quiet(self, until_ns: int) -> None:
+    def _on_idle(self, until_ns: int) -> None:
         """Without a frame until `until_ns`: one step of pending work, so that the next sample is not delayed."""
         if not any(estimator.finish_pending() for estimator in self.estimators.values()):
             for estimator in self.estimators.values():
                 estimator.predict_to(until_ns - estimator.arrival_ns)
 
 
-def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
-    """The nodes of one joint, in the order in which they start; with `polled` the bus is read by `BusSpinner`."""
+def nodes(namespace: str, single_threaded: bool = False) -> list[SuiteNode[Any]]:
+    """The nodes of one joint, in the order in which they start; with `single_threaded` the bus is read by `BusSpinner`."""
     joint = DirectJoint(namespace=namespace)
-    driver = DirectDriver(namespace, joint, polled)
+    driver = DirectDriver(namespace, joint, single_threaded)
     return [joint, *driver.estimators.values(), driver]
 
 
@@ -142,7 +141,7 @@ class BusSpinner:
     def __call__(self, executor: Executor, nodes: Sequence[SuiteNode[Any]], wait_s: float) -> None:
         """One turn: at most MAX_FRAMES of each bus, then one callback of the executor per elapsed WAIT_S."""
         drivers = (node for node in nodes if isinstance(node, DirectDriver) and node.active)
-        links = [driver.link for driver in drivers if driver.link.polled]
+        links = [driver.link for driver in drivers if driver.link.single_threaded]
         waited_for = [link.fileno() for link in links if link.fileno() >= 0]
         pause = self._coalescer.pause()
         ready = select(waited_for, [], [], 0.0 if pause > 0.0 else min(wait_s, WAIT_S))[0]
@@ -185,7 +184,7 @@ def main() -> int:
     except ConfigurationError as error:
         print(f"composed: {error}", file=sys.stderr)
         return 1
-    return run_each(found) if len(found) > 1 else run(lambda: nodes(found[0], polled=True), turn=BusSpinner)
+    return run_each(found) if len(found) > 1 else run(lambda: nodes(found[0], single_threaded=True), turn=BusSpinner)
 
 
 if __name__ == "__main__":

@@ -56,7 +56,7 @@ class Suite:
             if (estimate := estimator.add(sample.stamp_ns, sample.force, sample.deflection)) is None:
                 continue
             self.rows[name].append((
-                sample.number, estimate.stiffness, estimate.stiffness_variance, estimate.stiffness_valid,
+                sample.sequence, estimate.stiffness, estimate.stiffness_variance, estimate.stiffness_valid,
                 estimate.status is Status.VALID,
             ))  # fmt: skip
             if sample.stamp_ns - self._last_ns[name] >= REASON_PERIOD_NS:
