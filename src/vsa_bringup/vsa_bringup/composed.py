@@ -122,7 +122,7 @@ class DirectDriver(DriverNode):
 
 
 def nodes(namespace: str, single_threaded: bool = False) -> list[SuiteNode[Any]]:
-    """The nodes of one joint, in the order in which they start; with `single_threaded` the bus is read by `BusSpinner`."""
+    """The nodes of one joint, in the order of their start; with `single_threaded` `BusSpinner` reads the bus."""
     joint = DirectJoint(namespace=namespace)
     driver = DirectDriver(namespace, joint, single_threaded)
     return [joint, *driver.estimators.values(), driver]
