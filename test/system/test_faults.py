@@ -115,7 +115,7 @@ def test_a_node_is_valid_after_a_restart_and_the_others_run_on(healthy, name):
         ("encoder stuck -i 1 -t 0.6", 1, "encoder stuck"),
         ("force stuck -i 2 -t 1.2", 2, "force sensor stuck"),
         ("force saturated -i 1 -t 0.4", 1, "saturated"),
-        ("encoder wrong -i 2 -v 0.002 -t 1", 2, "encoder jumped"),
+        ("encoder wrong -i 2 -v 0.002 -t 1", 2, "encoder step"),
     ],
 )
 def test_a_sensor_fault_is_named_and_the_estimate_recovers(healthy, failure, side, text):

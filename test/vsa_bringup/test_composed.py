@@ -296,7 +296,7 @@ class PendingEstimator:
             return True
         return False
 
-    def predict_to(self, silence_ns):
+    def predict_silence(self, silence_ns):
         self._done.append(silence_ns)
 
 

@@ -1,4 +1,4 @@
-"""All compilation precedes the first sample; in a process of its own, in which no function is compiled yet."""
+"""Everything is compiled before the first sample: in a process of its own, where nothing is compiled yet."""
 
 import subprocess
 import sys
@@ -34,7 +34,7 @@ print(*(name for name, kinds in compiled().items() if kinds != before[name]), es
 
 
 @pytest.mark.skipif(not ACCELERATED, reason="nothing is compiled without numba")
-def test_no_sample_waits_for_the_compiler_even_with_a_sensor_fault():
+def test_no_sample_waits_for_the_compiler_even_when_a_sensor_fails():
     command = [sys.executable, "-c", LIVE]
     here = Path(__file__).parent
     run = subprocess.run(command, cwd=here, capture_output=True, text=True, timeout=200, check=False)

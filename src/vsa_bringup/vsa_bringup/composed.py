@@ -25,8 +25,9 @@ from vsa_common.ros.process import run
 from vsa_common.ros.subprocesses import end_with
 from vsa_driver.acquisition.channel import Measurement
 from vsa_driver.node import DriverNode
-from vsa_estimator.node import EstimatorNode, impedance_of
+from vsa_estimator.node import EstimatorNode
 from vsa_estimator.output.estimate import Estimate
+from vsa_estimator.output.messages import impedance_fields
 from vsa_joint.node import JointNode, side_of
 
 SILENCE_CHECK_NS = 5_000_000  # [ns] between two checks of both sides for a timeout, in stamps of the samples
@@ -45,7 +46,7 @@ class DirectJoint(JointNode):
 
 
 class DirectEstimator(EstimatorNode):
-    """Estimator node that gets samples by calls of `take` and passes estimates to `joint` before publishing."""
+    """Estimator node that gets samples by calls of `process` and passes estimates to `joint` before publishing."""
 
     def __init__(self, namespace: str, side: int, joint: JointNode) -> None:
         name, transmission = f"estimator_{side + 1}", f"transmission_{side + 1}"
@@ -56,20 +57,20 @@ class DirectEstimator(EstimatorNode):
         self._joint = joint
         self._state_pending: Estimate | None = None  # the estimate whose state is to be published
 
-    def listen(self) -> list[Subscription]:
+    def create_inputs(self) -> list[Subscription]:
         return []
 
-    def watch(self) -> list[Timer]:
-        return []  # the driver calls `predict_to`
+    def create_watchdogs(self) -> list[Timer]:
+        return []  # the driver calls `predict_silence`
 
-    def take(self, stamp_ns: int, force: float, deflection: float) -> None:
+    def process(self, stamp_ns: int, force: float, deflection: float) -> None:
         with self.lock:
             if self.active and not self.refuse(stamp_ns, "force"):
                 while self.finish_pending():
                     pass
-                super().take(stamp_ns, force, deflection)
+                super().process(stamp_ns, force, deflection)
 
-    def on_told(self) -> None:
+    def on_published(self) -> None:
         """Pending work waits for the other side's sample."""
 
     def on_state_due(self, estimate: Estimate) -> None:
@@ -81,11 +82,11 @@ class DirectEstimator(EstimatorNode):
                 return True
             estimate, self._state_pending = self._state_pending, None
             if estimate is not None and self.active:
-                self.tell_state(estimate)
+                self.publish_state(estimate)
             return estimate is not None
 
     def on_estimate(self, estimate: Estimate) -> None:
-        self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_of(estimate)))
+        self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_fields(estimate)))
         super().on_estimate(estimate)
 
 
@@ -107,18 +108,18 @@ class DirectDriver(DriverNode):
         super().start()
 
     def on_sample(self, sample: Measurement) -> None:
-        self.estimators[sample.transmission].take(sample.stamp_ns, sample.force, sample.deflection)
+        self.estimators[sample.transmission].process(sample.stamp_ns, sample.force, sample.deflection)
         super().on_sample(sample)
         if not 0 <= sample.stamp_ns - self._checked_ns < SILENCE_CHECK_NS:
             self._checked_ns = sample.stamp_ns
             for estimator in self.estimators.values():  # by stamps: frames of the other side may be unread
-                estimator.predict_to(sample.stamp_ns - SIDE_DELAY_NS - estimator.stamp_ns)
+                estimator.predict_silence(sample.stamp_ns - SIDE_DELAY_NS - estimator.stamp_ns)
 
     def _on_idle(self, until_ns: int) -> None:
         """Without a frame until `until_ns`: one step of pending work, so that the next sample is not delayed."""
         if not any(estimator.finish_pending() for estimator in self.estimators.values()):
             for estimator in self.estimators.values():
-                estimator.predict_to(until_ns - estimator.arrival_ns)
+                estimator.predict_silence(until_ns - estimator.arrival_ns)
 
 
 def nodes(namespace: str, single_threaded: bool = False) -> list[SuiteNode[Any]]:
