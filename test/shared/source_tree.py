@@ -1,6 +1,7 @@
 """The source tree as the tests of the house rules read it: packages, folders, modules, imports."""
 
 import ast
+import functools
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -29,6 +30,7 @@ def dotted(path):
     return name.removesuffix(".__init__")
 
 
+@functools.cache
 def imports(file):
     """Dotted names that a file imports: `a.b` for `from a.b import c`, `a.b.c` where that is a module of the suite."""
     found = set()
@@ -39,9 +41,10 @@ def imports(file):
             for alias in node.names:
                 name = f"{node.module}.{alias.name}"
                 found.add(name if _is_module(name) else node.module)
-    return found
+    return frozenset(found)
 
 
+@functools.cache
 def _is_module(name):
     package = name.partition(".")[0]
     path = SOURCES / package / Path(*name.split("."))
