@@ -1,4 +1,4 @@
-"""What a recording says of its springs, in numpy: fits ln(stiffness) over deflection and compares with the estimator.
+"""Spring constants of a recording by numpy: a fit of ln(stiffness) over deflection beside the estimator's k2.
 
 python examples/analyse.py vsa_demo/bag
 """
@@ -26,7 +26,7 @@ def main(bag: str) -> int:
         if valid.sum() < 2 or not known.size:
             print(f"transmission_{i}: stiffness or k2 was never valid in {bag}")
             continue
-        last = np.flatnonzero(valid)[valid.sum() // 2 :]  # the second half, when the estimator had learnt
+        last = np.flatnonzero(valid)[valid.sum() // 2 :]  # the second half, after initialization
         x, sigma = side["deflection"][last], side["stiffness"][last]
         slope, level = np.polyfit(x, np.log(sigma), 1)
         k2, half = state["k2"][known[-1]], 1.96 * np.sqrt(state["k2_variance"][known[-1]])

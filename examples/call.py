@@ -1,4 +1,4 @@
-"""Call a service of the suite where there is no ros2 command.
+"""Call a service of the suite without the ros2 command.
 
 python examples/call.py driver/tare
 python examples/call.py driver/arm true
@@ -16,7 +16,7 @@ def main(service: str, value: str | None = None) -> int:
     kind, request = (Trigger, Trigger.Request()) if value is None else (SetBool, SetBool.Request(data=value == "true"))
     client = node.create_client(kind, service)
     if not client.wait_for_service(10.0):
-        print(f"call: nobody answers for /vsa/{service}", file=sys.stderr)
+        print(f"call: no server of /vsa/{service}", file=sys.stderr)
         return 1
     future = client.call_async(request)
     rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)

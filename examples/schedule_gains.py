@@ -1,9 +1,8 @@
-"""Push with a wanted torque through a joint whose stiffness changes: gains follow the live estimate.
+"""Torque control through a joint of variable stiffness: gain scheduling on the live estimate.
 
-The joint is a spring of stiffness K between the motors and the link. Its force is set by where the spring rests, so the
-gain from torque to equilibrium angle is 1/K; what damping the spring lacks for a quiet link is made up by feedback of
-the angular velocity. Both gains are scheduled on K and D as they are now, and kept where the estimate is not to be
-trusted.
+The joint is a spring of stiffness K between the motors and the link. The equilibrium angle sets its torque, so the gain
+from torque to equilibrium angle is 1/K. Feedback of the angular velocity adds the damping that D lacks for the wanted
+damping ratio. Both gains are scheduled on the present K and D, and kept while the estimate is invalid or imprecise.
 
     python examples/schedule_gains.py --ros-args -p torque:=0.1 -p stiffness:=1.0
 """
@@ -18,9 +17,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
 
-LINK_INERTIA = 0.004  # of what moves [kg m^2]
-DAMPING_RATIO = 0.7  # wanted of the link
-WORST = 0.2  # relative half width of the 95 % interval of K up to which K is used
+LINK_INERTIA = 0.004  # [kg m^2] of the link
+DAMPING_RATIO = 0.7  # of the link under control
+MAX_INTERVAL = 0.2  # relative half width of the 95 % interval of K up to which K is used
 
 
 @dataclass(frozen=True)
@@ -32,15 +31,15 @@ class Gains:
 
 
 def schedule(joint: JointImpedance, before: Gains | None) -> Gains | None:
-    """Gains for the joint as it is now; those of `before` where stiffness is not valid or too badly known.
+    """Gains for the present joint; those of `before` if the stiffness is invalid or its interval too wide.
 
     The stiffness that is used is the lower end of the 95 % interval for the lead and the upper end for the
-    compliance: who does not know pushes less and damps less.
+    compliance, so that uncertainty reduces torque and damping.
     """
     if not joint.stiffness_valid:
         return before
     spread = 1.96 * math.sqrt(joint.stiffness_variance) / joint.stiffness
-    if spread > WORST:
+    if spread > MAX_INTERVAL:
         return before
     low, high = joint.stiffness * math.exp(-spread), joint.stiffness * math.exp(spread)
     wanted = 2.0 * DAMPING_RATIO * math.sqrt(low * LINK_INERTIA)
@@ -49,7 +48,7 @@ def schedule(joint: JointImpedance, before: Gains | None) -> Gains | None:
 
 
 class Scheduler(Node):
-    """Publishes stiffness_command at the rate of its timer; says nothing, and so holds, without an estimate."""
+    """Publishes stiffness_command at the rate of its timer; nothing without an estimate, so that the motors hold."""
 
     def __init__(self) -> None:
         super().__init__("schedule_gains", namespace="vsa")

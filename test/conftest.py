@@ -1,8 +1,8 @@
-"""Lets all tests import what they share, and judges live ones by trials in which they had their computer.
+"""Makes test/shared importable, and repeats live tests that fail while the host suspends the cores.
 
 A live test (`pytest.mark.live`: real processes against the wall clock) that fails while the host of a virtual machine
-takes cores away is tried again, everything it stood on made anew. Where the host never stops, nothing was shown: it
-is skipped, and the summary says so. A failure on a machine that ran is a failure at once.
+suspends its cores is repeated with new fixtures. If every trial was disturbed, the result is inconclusive: the test is
+skipped, and the summary names it. A failure without suspension is a failure at once.
 """
 
 import contextlib
@@ -16,26 +16,26 @@ from _pytest.runner import runtestprotocol
 
 sys.path.append(str(Path(__file__).parent / "shared"))
 
-from host import stood
+from host import suspended_time
 
-TRIALS = 4
-ENOUGH_S = 240.0  # after which no further trial of a test begins
-ENOUGH_IN_ALL_S = 1200.0  # for all further trials of a session
-LIMIT_S = 600.0  # for all trials of a test
-STANDSTILL = 0.02  # of the cores' time: no less in any trial, and nothing is said of the suite
+MAX_TRIALS = 4
+TEST_S = 240.0  # [s] of a test after which no further trial begins
+SESSION_S = 1200.0  # [s] for all further trials of a session
+TIMEOUT_S = 600.0  # [s] for all trials of a test
+SUSPENDED_SHARE = 0.02  # of the cores' time; if exceeded in every trial, the result is inconclusive
 
-_ANEW = pytest.StashKey[dict]()
+_TRIALS = pytest.StashKey[dict]()
 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "live: real processes against the wall clock; see test/conftest.py")
-    config.stash[_ANEW] = {"seconds": 0.0, "said": []}
+    config.stash[_TRIALS] = {"seconds": 0.0, "lines": []}
 
 
 def pytest_collection_modifyitems(items):
     for item in items:
         if item.get_closest_marker("live"):
-            item.add_marker(pytest.mark.timeout(LIMIT_S))
+            item.add_marker(pytest.mark.timeout(TIMEOUT_S))
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -43,40 +43,40 @@ def pytest_runtest_protocol(item, nextitem):
     if not item.get_closest_marker("live"):
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for report in _judged(item, nextitem, item.config.stash[_ANEW]):
+    for report in _reports(item, nextitem, item.config.stash[_TRIALS]):
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    if said := config.stash[_ANEW]["said"]:
-        terminalreporter.section("the host took cores away")
-        for line in said:
+    if lines := config.stash[_TRIALS]["lines"]:
+        terminalreporter.section("the host suspended the cores")
+        for line in lines:
             terminalreporter.line(line)
 
 
-def _judged(item, nextitem, anew):
-    """Reports of the trial that counts."""
+def _reports(item, nextitem, session):
+    """Reports of the last trial; skipped if inconclusive."""
     begin, shares = time.monotonic(), []
     while True:
-        start, before = time.monotonic(), stood()
+        start, before = time.monotonic(), suspended_time()
         reports = runtestprotocol(item, nextitem=nextitem, log=False)
-        shares.append((stood() - before) / (os.cpu_count() * (time.monotonic() - start)))
-        anew["seconds"] += time.monotonic() - start if len(shares) > 1 else 0.0
+        shares.append((suspended_time() - before) / (os.cpu_count() * (time.monotonic() - start)))
+        session["seconds"] += time.monotonic() - start if len(shares) > 1 else 0.0
         failed = [report for report in reports if report.failed]
-        over = time.monotonic() - begin > ENOUGH_S or anew["seconds"] > ENOUGH_IN_ALL_S
-        if not failed or not shares[-1] or len(shares) == TRIALS or over:
+        over = time.monotonic() - begin > TEST_S or session["seconds"] > SESSION_S
+        if not failed or not shares[-1] or len(shares) == MAX_TRIALS or over:
             break
-        with contextlib.suppress(Exception):  # of a stack that failed already
+        with contextlib.suppress(Exception):  # of fixtures that failed already
             item.session._setupstate.teardown_exact(None)
-    standstill = ", ".join(f"{share:.1%}" for share in shares)
-    if failed and min(shares) > STANDSTILL:
-        reason = f"nothing shown: cores stood still for {standstill} of each trial's time"
+    suspended = ", ".join(f"{share:.1%}" for share in shares)
+    if failed and min(shares) > SUSPENDED_SHARE:
+        reason = f"inconclusive: cores suspended for {suspended} of each trial's time"
         for report in failed:
             last = str(report.longrepr).rstrip().rpartition("\n")[2]
-            anew["said"].append(f"{item.nodeid}: {reason}; last: {last}")
+            session["lines"].append(f"{item.nodeid}: {reason}; last: {last}")
             report.outcome, report.longrepr = "skipped", (str(item.path), item.location[1], f"Skipped: {reason}")
     elif len(shares) > 1:
-        anew["said"].append(f"{item.nodeid}: {len(shares)} trials, cores stood still for {standstill} of their time")
+        session["lines"].append(f"{item.nodeid}: {len(shares)} trials, cores suspended for {suspended} of their time")
     return reports

@@ -1,4 +1,4 @@
-"""The controller of examples/, with a joint that the test plays."""
+"""The controller of examples/, with messages of a joint published by the test."""
 
 import importlib.util
 import math
@@ -12,7 +12,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.isolation import claim_domain
 
 pytestmark = pytest.mark.live
 
@@ -38,17 +38,17 @@ def joint(stiffness=2.0, std=0.01, valid=True, damping=0.0, damping_valid=False)
     )
 
 
-def test_a_stiffer_joint_is_moved_less_for_the_same_torque(example):
+def test_a_stiffer_joint_needs_a_smaller_displacement_for_the_same_torque(example):
     soft, stiff = (example.schedule(joint(stiffness, std=0.0), None) for stiffness in (0.5, 5.0))
     assert (soft.compliance, stiff.compliance) == (pytest.approx(2.0), pytest.approx(0.2))
 
 
-def test_who_knows_less_pushes_less(example):
-    sure, unsure = example.schedule(joint(std=0.0), None), example.schedule(joint(std=0.1), None)
-    assert unsure.compliance == pytest.approx(sure.compliance * math.exp(-1.96 * 0.05))
+def test_uncertainty_reduces_the_compliance_gain(example):
+    certain, uncertain = example.schedule(joint(std=0.0), None), example.schedule(joint(std=0.1), None)
+    assert uncertain.compliance == pytest.approx(certain.compliance * math.exp(-1.96 * 0.05))
 
 
-def test_damping_is_made_up_for_as_far_as_it_lacks(example):
+def test_feedback_adds_the_missing_damping(example):
     wanted = 2.0 * 0.7 * math.sqrt(2.0 * example.LINK_INERTIA)
     half = example.schedule(joint(std=0.0, damping=0.5 * wanted, damping_valid=True), None)
     enough = example.schedule(joint(std=0.0, damping=2.0 * wanted, damping_valid=True), None)
@@ -57,27 +57,27 @@ def test_damping_is_made_up_for_as_far_as_it_lacks(example):
 
 
 @pytest.mark.parametrize("bad", [joint(valid=False), joint(std=1.0)])
-def test_gains_stay_where_the_estimate_is_not_to_be_trusted(example, bad):
+def test_gains_are_kept_while_the_estimate_is_invalid_or_imprecise(example, bad):
     before = example.Gains(0.5, 0.01)
     assert example.schedule(bad, before) is before
     assert example.schedule(bad, None) is None
 
 
 def test_the_running_example_commands_the_equilibrium_for_its_torque():
-    corner = claim_corner()
+    corner = claim_domain()
     command = [sys.executable, str(EXAMPLE), "--ros-args", "-p", "torque:=0.3", "-p", "stiffness:=1.5"]
     process = subprocess.Popen(command, env=corner.environment(), stderr=subprocess.DEVNULL)
     context = rclpy.Context()
     rclpy.init(context=context, args=[], domain_id=corner.domain, signal_handler_options=SignalHandlerOptions.NO)
-    heard = []
+    received = []
     try:
         node = rclpy.create_node("joint", namespace="vsa", context=context)
         publisher = node.create_publisher(JointImpedance, "joint_impedance", 10)
-        node.create_subscription(StiffnessCommand, "stiffness_command", heard.append, 10)
+        node.create_subscription(StiffnessCommand, "stiffness_command", received.append, 10)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
         end = time.monotonic() + 60.0
-        while not heard:
+        while not received:
             assert process.poll() is None
             assert time.monotonic() < end
             publisher.publish(joint(stiffness=2.0, std=0.0))
@@ -86,4 +86,4 @@ def test_the_running_example_commands_the_equilibrium_for_its_torque():
         process.kill()
         process.wait()
         rclpy.shutdown(context=context)
-    assert (heard[0].equilibrium_angle, heard[0].stiffness) == (pytest.approx(0.15), 1.5)
+    assert (received[0].equilibrium_angle, received[0].stiffness) == (pytest.approx(0.15), 1.5)

@@ -1,4 +1,4 @@
-"""Rig, both estimators, joint fusion and stiffness controller, step by step without a clock: what each puts out."""
+"""Rig, both estimators, joint fusion and stiffness controller, step by step without a clock: the output of each."""
 
 from dataclasses import fields, is_dataclass, replace
 

@@ -1,11 +1,11 @@
-"""Golden traces: whether the same samples still give the same estimates, to the bit.
+"""Golden traces: the same samples must give the same estimates, equal to the bit.
 
     ./vsa golden check      compare with traces.json; exit code 1 and one line for each difference
-    ./vsa golden renew      write traces.json anew; the commit says why the estimates changed
+    ./vsa golden renew      write traces.json; the commit message gives the reason of the change
 
-A trace is the hash of every output row, of the state once a second and at the end, and of the samples themselves; each
-with numba and in plain Python (VSA_NO_NUMBA), there over the first seconds. On another processor or with other
-libraries the last bits differ: there numbers that go with each trace are compared within TOLERANCE.
+A trace is the hash of every output row, of the state once a second and at the end, and of the samples themselves; with
+numba, and in plain Python (VSA_NO_NUMBA) over the first seconds. On another processor or with other libraries the last
+bits differ; then the sums stored with each trace are compared within TOLERANCE.
 """
 
 import argparse
@@ -31,8 +31,8 @@ import numpy as np
 
 TRACES = Path(__file__).parent / "traces.json"
 TOLERANCE = 1e-6  # relative, on another machine
-PLAIN_SAMPLES = 2400  # of a recording, without numba
-CHUNK = 700  # samples that `add_many` takes at once
+PLAIN_SAMPLES = 2400  # per recording without numba
+CHUNK = 700  # samples per call of `add_many`
 
 
 def estimate(recording) -> dict[str, np.ndarray]:
@@ -66,7 +66,7 @@ def estimate(recording) -> dict[str, np.ndarray]:
 
 
 def recorded() -> Iterator[object]:
-    """All recordings; the rig that makes them takes long without numba."""
+    """All recordings; the simulated rig is slow without numba."""
     import recordings
 
     for source in recordings.SOURCES:
@@ -74,7 +74,7 @@ def recorded() -> Iterator[object]:
 
 
 def write_beginnings(path: Path) -> None:
-    """The first seconds of the recordings, for the process without numba."""
+    """Write the first seconds of the recordings, for the process without numba."""
     beginnings = []
     for one in recorded():
         part = {name: getattr(one, name)[:PLAIN_SAMPLES] for name in ("stamps_ns", "force", "deflection")}
@@ -112,14 +112,14 @@ def _hash(array: np.ndarray) -> str:
 
 
 def _numbers(array: np.ndarray) -> list[float]:
-    """Few numbers by which another machine can tell."""
+    """Sums for the comparison on another machine."""
     finite = array[np.isfinite(array)].ravel()
-    size = np.sign(finite) * np.log1p(np.abs(finite))  # fields of many orders of magnitude count alike
+    size = np.sign(finite) * np.log1p(np.abs(finite))  # equal weight for fields of all orders of magnitude
     return [float(array.size), float(finite.size), float(size.sum()), float(np.abs(size).sum())]
 
 
 def traces(beginnings: Path | None, only: list[str]) -> dict[str, dict[str, object]]:
-    """All traces of this process; of `beginnings` of recordings where it has no numba."""
+    """All traces, computed by this process; of the recordings in the file `beginnings` without numba."""
     found: dict[str, dict[str, object]] = {}
     jobs = (job for job in _jobs(beginnings) if not only or job[0] in only)
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
@@ -131,7 +131,7 @@ def traces(beginnings: Path | None, only: list[str]) -> dict[str, dict[str, obje
 
 
 def machine() -> str:
-    """What the last bits depend on."""
+    """Processor and libraries, on which the last bits depend."""
     import numba
     import scipy
 
@@ -142,7 +142,7 @@ def machine() -> str:
 
 
 def differences(golden: dict, found: dict, same_machine: bool) -> Iterator[str]:
-    """A line for each trace that is not what it was."""
+    """One line for each trace that differs."""
     for name, trace in found.items():
         for key, (digest, numbers) in trace.items():
             before = golden.get(name, {}).get(key)
@@ -162,7 +162,7 @@ def _relative(before: list[float], now: list[float]) -> float:
 
 
 def _of_mode(mode: str, only: list[str]) -> dict[str, dict[str, object]]:
-    """Traces of a mode, from a process that has it."""
+    """Traces of a mode, computed by a process in that mode."""
     environment = {key: value for key, value in os.environ.items() if key != "VSA_NO_NUMBA"}
     with tempfile.TemporaryDirectory() as temporary:
         out, beginnings = Path(temporary, "traces.json"), Path(temporary, "beginnings")
@@ -181,12 +181,12 @@ def main() -> int:
     """Run the command; its exit code."""
     parser = argparse.ArgumentParser(prog="golden", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument(
-        "action", choices=["check", "renew", "compute", "record"], help="the last two are for the others"
+        "action", choices=["check", "renew", "compute", "record"], help="compute and record: steps of check and renew"
     )
     parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--beginnings", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--mode", choices=["numba", "plain", "both"], default="both")
-    parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="of the recordings")
+    parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="names of recordings, chain, stored_run")
     options = parser.parse_args()
     if options.action == "compute":
         options.out.write_text(json.dumps(traces(options.beginnings, options.only)))

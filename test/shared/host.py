@@ -1,4 +1,4 @@
-"""What comes late while a host takes the cores of its virtual machine away says nothing of the suite."""
+"""Suspension of the cores by the host of a virtual machine: delays that are not caused by the suite."""
 
 import functools
 import time
@@ -6,36 +6,36 @@ from contextlib import ExitStack
 
 from vsa_bench.harness.delay import Lateness
 
-HICCUP = 0.02  # s by which a process that comes before all others may wake too late
-PERIOD = 0.01  # s between two wakings of it
+LATE_WAKEUP = 0.02  # [s] lateness of a process of the highest priority above which the cores were suspended
+PERIOD = 0.01  # [s] between two wake-ups of that process
 TRIALS = 6
-ENOUGH_S = 60.0  # after which no further trial begins
+TEST_S = 60.0  # [s] after which no further trial begins
 
 _ENTERED = ExitStack()
 
 
 @functools.cache
-def _watch():
+def _lateness():
     return _ENTERED.enter_context(Lateness(PERIOD))
 
 
-def stood():
-    """How long cores have stood still since this was first asked [s], all cores together."""
-    late = _watch().seconds()
-    return float(late[late > HICCUP].sum())
+def suspended_time():
+    """Time for which cores were suspended since the first call [s], sum of all cores."""
+    late = _lateness().seconds()
+    return float(late[late > LATE_WAKEUP].sum())
 
 
 def undisturbed(trial, prepare, allowed=0.0):
-    """The result of the first trial in which cores stood still for no more than `allowed` [s]; of the best, if none.
+    """The result of the first trial with at most `allowed` [s] of suspension, else of the trial with the least.
 
     `prepare` is called between two trials.
     """
     results = []
-    end = time.monotonic() + ENOUGH_S
+    end = time.monotonic() + TEST_S
     for left in reversed(range(TRIALS)):
-        before = stood()
+        before = suspended_time()
         result = trial()
-        results.append((stood() - before, result))
+        results.append((suspended_time() - before, result))
         if results[-1][0] <= allowed or not left or time.monotonic() > end:
             break
         prepare()

@@ -1,25 +1,24 @@
-"""Calls of services that do not hang on one lost answer."""
+"""Calls of services with repetition: a single response can be lost."""
 
 import time
 
-UNHEARD = 3.0  # s without an answer after which a service is asked again ...
-ASKED = 10  # ... so many times
+TIMEOUT = 3.0  # [s] without a response after which a request is repeated
+MAX_REQUESTS = 10
 
 
 def answer_of(node, until, kind, service, request):
-    """Answer of a service, while `until(condition)` lets the node work.
+    """Response of a service; `until(condition)` spins the node.
 
-    It is asked again where none comes: one is lost whose reader was not found yet, or whose server had been killed
-    and was still listed.
+    A response is lost if discovery has not matched its reader yet, or if the server was killed and is still listed.
     """
     client = node.create_client(kind, service)
     until(client.service_is_ready)
-    asked = []
-    for _ in range(ASKED):
-        asked.append(client.call_async(request))
-        patience = time.monotonic() + UNHEARD
-        until(lambda end=patience: any(future.done() for future in asked) or time.monotonic() > end)
-        if answers := [future.result() for future in asked if future.done()]:
+    futures = []
+    for _ in range(MAX_REQUESTS):
+        futures.append(client.call_async(request))
+        deadline = time.monotonic() + TIMEOUT
+        until(lambda end=deadline: any(future.done() for future in futures) or time.monotonic() > end)
+        if answers := [future.result() for future in futures if future.done()]:
             node.destroy_client(client)
             return answers[0]
-    raise AssertionError(f"{service} does not answer")
+    raise AssertionError(f"{service} does not respond")

@@ -1,7 +1,7 @@
-"""Two network namespaces and the wire between them, which can be slow, lossy or cut.
+"""Two network namespaces and a link between them with delay, loss and interruption.
 
-Each host has one end of a veth pair; the other ends stay with us, and a thread carries the packets across. The tc
-module netem would do the same where the kernel has it.
+Each host has one end of a veth pair; a thread of this process forwards the packets between the other
+ends. The kernel module netem is not available everywhere.
 """
 
 import heapq
@@ -17,7 +17,7 @@ import time
 
 CHECKSUMS_OFF = """
 import ctypes, fcntl, socket, struct, sys
-value = ctypes.create_string_buffer(struct.pack("II", 0x17, 0))  # ETHTOOL_STXCSUM: whole checksums, no promises
+value = ctypes.create_string_buffer(struct.pack("II", 0x17, 0))  # ETHTOOL_STXCSUM: compute checksums in software
 request = struct.pack("16sP", sys.argv[1].encode(), ctypes.addressof(value))
 fcntl.ioctl(socket.socket(socket.AF_INET, socket.SOCK_DGRAM), 0x8946, request)
 """
@@ -28,7 +28,7 @@ def run(*words):
 
 
 def permitted():
-    """Whether namespaces can be made here."""
+    """Whether network namespaces can be created."""
     name = f"vsa_try_{os.getpid()}"
     try:
         run("ip", "netns", "add", name)
@@ -39,7 +39,7 @@ def permitted():
 
 
 class Wire:
-    """Hosts `a` and `b` at 10.77.0.1 and 10.77.0.2. Leaving the `with` block removes all of it."""
+    """Hosts `a` and `b` at 10.77.0.1 and 10.77.0.2. The end of the `with` block removes them."""
 
     def __init__(self):
         self.delay, self.jitter, self.loss, self.cut = 0.0, 0.0, 0.0, False
@@ -81,7 +81,7 @@ class Wire:
             subprocess.run(["ip", "netns", "del", host], check=False, capture_output=True)
 
     def command(self, host, command):
-        """What to execute to run `command` on host 0 or 1."""
+        """The command line that runs `command` on host 0 or 1."""
         return ["ip", "netns", "exec", self.hosts[host], *command]
 
     def _carry(self):

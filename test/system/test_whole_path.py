@@ -21,7 +21,7 @@ pytestmark = pytest.mark.live
 
 RATE = 200
 DURATION = 25.0
-BESIDE = {"/vsa/motor_commands", "/vsa/stiffness_command"}  # nobody commands anything here
+COMMANDS = {"/vsa/motor_commands", "/vsa/stiffness_command"}  # the demo publishes none
 
 
 def demo(out: Path, duration: float) -> subprocess.Popen:
@@ -88,10 +88,10 @@ def test_no_sample_is_lost_from_the_rig_to_the_estimators(summary):
         assert side["samples_lost"] == 0
 
 
-def test_estimates_reach_the_truth_from_wrong_start_values(summary):
+def test_estimates_converge_to_the_truth_from_wrong_start_values(summary):
     for side in summary["transmissions"].values():
         assert abs(side["k2"]["start"] / side["k2"]["truth"] - 1.0) == pytest.approx(0.3)
-        # after 25 s, on a machine that does other things too; a quiet one is five times better
+        # after 25 s on a shared machine; five times better on an idle one
         assert side["k2"]["estimate"] == pytest.approx(side["k2"]["truth"], rel=0.03)
         assert side["stiffness_nrmse"] < 0.02
         assert side["damping_nrmse"] < 0.10
@@ -99,7 +99,7 @@ def test_estimates_reach_the_truth_from_wrong_start_values(summary):
     assert summary["joint"]["stiffness_nrmse"] < 0.02
 
 
-def test_the_joint_answers_for_nearly_every_sample(summary):
+def test_the_joint_has_a_message_for_nearly_every_sample(summary):
     assert summary["joint"]["messages"] >= 0.98 * RATE * DURATION
     assert summary["latency_ms"]["p50"] < 50.0
 
@@ -124,12 +124,12 @@ def test_a_second_library_finds_every_topic_and_as_many_forces_as_samples(finish
             counts[channel.topic] += 1
             if channel.topic.endswith("/force"):
                 assert message.wrench.force.x > 0.0
-    assert set(suite_topics()) - BESIDE <= set(counts)
+    assert set(suite_topics()) - COMMANDS <= set(counts)
     for side, figures in summary["transmissions"].items():
         assert counts[f"/vsa/{side}/force"] == counts[f"/vsa/{side}/encoder"] == figures["samples_sent"]
 
 
-def test_table_and_report_are_there(finished):
+def test_table_and_report_are_written(finished):
     text = (finished / "output.txt").read_text()
     assert "transmission_1" in text
     assert "k2" in text
@@ -163,7 +163,7 @@ def test_a_bus_that_does_not_exist_is_named_by_the_node(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_an_unknown_scenario_is_refused_before_anything_starts(tmp_path):
+def test_an_unknown_scenario_is_rejected_before_any_process_starts(tmp_path):
     command = [sys.executable, "-m", "vsa_tools.demo.command", "--scenario", "nonsense", "--out", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1

@@ -1,4 +1,4 @@
-"""Driver, estimators and joint in one process: the same figures as apart, and several joints on one CAN FD bus."""
+"""Driver, estimators and joint in one process: estimates as in separate processes; two joints on one CAN FD bus."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from std_srvs.srv import Trigger
 from vsa_bringup import composed
-from vsa_bringup.composed import OWED, DirectDriver, Turns, nodes
+from vsa_bringup.composed import MAX_CALLBACKS, BusSpinner, DirectDriver, nodes
 from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds
 from vsa_driver.acquisition.mapping import load_frames
@@ -61,15 +61,15 @@ NOTHING_ELSE = """
 """
 
 
-def spin_until(executor: Executor, true, timeout=40.0):
+def spin_until(executor: Executor, condition, timeout=40.0):
     end = time.monotonic() + timeout
-    while not true():
+    while not condition():
         assert time.monotonic() < end, "timeout"
         executor.spin_once(timeout_sec=0.01)
 
 
-class Side:
-    """One way of living: what its nodes published, by stamp."""
+class Received:
+    """Messages of the nodes in one namespace, by stamp."""
 
     def __init__(self, node, namespace):
         self.joints, self.impedances = {}, {name: {} for name in SIDES}
@@ -80,6 +80,24 @@ class Side:
     @staticmethod
     def listen(node, kind, topic, kept):
         node.create_subscription(kind, topic, lambda m: kept.setdefault(nanoseconds(m.header.stamp), m), RELIABLE)
+
+
+def assert_equal_messages(direct, separate):
+    """Messages of the same stamps are equal; predictions on a busy machine have other stamps."""
+    for side in SIDES:
+        one, other = direct.impedances[side], separate.impedances[side]
+        both = one.keys() & other.keys()
+        assert len(both) > 0.9 * SAMPLES
+        assert all(one[stamp] == other[stamp] for stamp in both)
+    for received in (direct.joints, separate.joints):  # the first estimates depend on the order of the sides
+        for stamp in [stamp for stamp, message in received.items() if "no sample yet" in message.reason]:
+            del received[stamp]
+    for stamp in (common := direct.joints.keys() & separate.joints.keys()):
+        for message in (direct.joints[stamp], separate.joints[stamp]):
+            message.stiffness_min = message.stiffness_max = 0.0  # computed ten times a second, by another timer
+            message.stiffness_range_valid = False
+        assert direct.joints[stamp] == separate.joints[stamp]
+    assert len(common) > 0.9 * SAMPLES
 
 
 @pytest.fixture
@@ -100,13 +118,13 @@ def ros():
     rclpy.try_shutdown()
 
 
-def test_samples_handed_on_by_a_call_give_the_estimates_that_topics_give(ros):
-    """The same samples, once by function calls, once through DDS to nodes that subscribe to what the driver said."""
+def test_samples_passed_by_calls_give_the_same_estimates_as_samples_by_topics(ros):
+    """The same samples, once by function calls, once through DDS to nodes that subscribe to the driver's topics."""
     together = nodes("together")
     apart = [EstimatorNode(f"estimator_{i}", "apart", transmission=side) for i, side in enumerate(SIDES, 1)]
     apart.append(JointNode("joint", "apart"))
     node, executor = rclpy.create_node("listener"), EventsExecutor()
-    direct, separate = Side(node, "together"), Side(node, "apart")
+    direct, separate = Received(node, "together"), Received(node, "apart")
     for one in [*apart, *together]:
         executor.add_node(one)
         one.autostart()
@@ -133,22 +151,9 @@ def test_samples_handed_on_by_a_call_give_the_estimates_that_topics_give(ros):
 
             send(SAMPLES)
             spin_until(executor, lambda: max(direct.joints) in separate.joints)
-            for side in SIDES:
-                one, other = direct.impedances[side], separate.impedances[side]
-                both = one.keys() & other.keys()  # a starved machine predicts through silence, at stamps of its own
-                assert len(both) > 0.9 * SAMPLES
-                assert all(one[stamp] == other[stamp] for stamp in both)
-            for heard in (direct.joints, separate.joints):  # whichever side was heard first
-                for stamp in [stamp for stamp, message in heard.items() if "no sample yet" in message.reason]:
-                    del heard[stamp]
-            for stamp in (common := direct.joints.keys() & separate.joints.keys()):
-                for message in (direct.joints[stamp], separate.joints[stamp]):
-                    message.stiffness_min = message.stiffness_max = 0.0  # found ten times a second, at leisure
-                    message.stiffness_range_valid = False
-                assert direct.joints[stamp] == separate.joints[stamp]
-            assert len(common) > 0.9 * SAMPLES
+            assert_equal_messages(direct, separate)
 
-            spin_until(executor, lambda: max(direct.joints) >= together[0]._fusion.newest.stamp_ns)  # none on its way
+            spin_until(executor, lambda: max(direct.joints) >= together[0]._fusion.newest.stamp_ns)  # none in transit
             estimator.trigger_deactivate()
             direct.joints.clear()
             send(20)
@@ -183,7 +188,7 @@ def two_joints(tmp_path):
     process.wait()
 
 
-def test_two_joints_on_one_can_fd_bus_are_one_parameter_file(two_joints):
+def test_two_joints_on_one_can_fd_bus_need_one_parameter_file(two_joints):
     process, dbc = two_joints
     message = database.load_file(Path(dbc)).get_message_by_name("Sample")
     context = rclpy.Context()
@@ -191,8 +196,8 @@ def test_two_joints_on_one_can_fd_bus_are_one_parameter_file(two_joints):
     node, executor = rclpy.create_node("lab", context=context), EventsExecutor(context=context)
     executor.add_node(node)
     joints, health = {"left": [], "right": []}, {}
-    for space, heard in joints.items():
-        node.create_subscription(JointImpedance, f"/{space}/joint_impedance", heard.append, RELIABLE)
+    for space, received in joints.items():
+        node.create_subscription(JointImpedance, f"/{space}/joint_impedance", received.append, RELIABLE)
     node.create_subscription(
         DiagnosticArray, "/diagnostics", lambda m: health.update({s.name: s for s in m.status}), RELIABLE
     )
@@ -207,10 +212,10 @@ def test_two_joints_on_one_can_fd_bus_are_one_parameter_file(two_joints):
             bus.send(message.frame_id, message.encode(values), fd=True)
             number += 1
 
-        def fed(true):
+        def fed(condition):
             def step():
                 sample()
-                return true()
+                return condition()
 
             return step
 
@@ -233,7 +238,7 @@ def test_two_joints_on_one_can_fd_bus_are_one_parameter_file(two_joints):
     rclpy.shutdown(context=context)
 
 
-def test_an_estimator_of_the_wrong_transmission_is_refused_by_name(tmp_path):
+def test_an_estimator_of_the_wrong_transmission_is_rejected_by_name(tmp_path):
     (tmp_path / "wrong.yaml").write_text("/**/estimator_2: {ros__parameters: {transmission: transmission_1}}\n")
     command = [
         sys.executable,
@@ -249,38 +254,38 @@ def test_an_estimator_of_the_wrong_transmission_is_refused_by_name(tmp_path):
 
 
 @pytest.mark.parametrize(("busy_s", "least"), [(0.0, 1), (0.005, 4)], ids=["idle", "busy"])
-def test_a_turn_that_took_long_leaves_nothing_to_pile_up(busy_s, least):
+def test_after_a_long_turn_several_callbacks_are_served(busy_s, least):
     spins = []
     executor = SimpleNamespace(spin_once=lambda timeout_sec: spins.append(timeout_sec))
-    turn = Turns()
+    turn = BusSpinner()
     turn(executor, [], 0.0)
     spins.clear()
-    time.sleep(busy_s)  # what a turn of frames may take
+    time.sleep(busy_s)  # a long turn of frames
     turn(executor, [], 0.0)
-    assert least <= len(spins) <= OWED
+    assert least <= len(spins) <= MAX_CALLBACKS
 
 
 @pytest.mark.parametrize(("allowed_s", "waited_s"), [(1.0, composed.WAIT_S), (0.0, 0.0)], ids=["asleep", "busy"])
-def test_a_busy_turn_never_sleeps(monkeypatch, allowed_s, waited_s):
+def test_a_polling_turn_does_not_wait(monkeypatch, allowed_s, waited_s):
     waits = []
     monkeypatch.setattr(composed, "select", lambda *sets: waits.append(sets[3]) or ([], [], []))
-    Turns()(SimpleNamespace(spin_once=lambda timeout_sec: None), [], allowed_s)
+    BusSpinner()(SimpleNamespace(spin_once=lambda timeout_sec: None), [], allowed_s)
     assert waits == [waited_s]
 
 
-def test_a_turn_rests_only_when_nothing_is_left_to_read(monkeypatch):
+def test_a_turn_pauses_only_when_no_frame_is_left_to_read(monkeypatch):
     slept, found = [], [[7], [7], []]
     monkeypatch.setattr(composed, "select", lambda *_: (found.pop(0), [], []))
     monkeypatch.setattr(composed.time, "sleep", slept.append)
-    monkeypatch.setattr(composed.Coalescer, "due", lambda _: 0.004)
-    turn = Turns(0.004)
+    monkeypatch.setattr(composed.Coalescer, "pause", lambda _: 0.004)
+    turn = BusSpinner(0.004)
     for _ in range(3):
         turn(SimpleNamespace(spin_once=lambda timeout_sec: None), [], 1.0)
     assert (found, slept) == ([], [0.004])
 
 
-class Busy:
-    """An estimator with things left to do."""
+class PendingEstimator:
+    """An estimator with pending work."""
 
     def __init__(self, done, left):
         self.arrival_ns, self._done, self.left = 1_000, done, left
@@ -295,10 +300,12 @@ class Busy:
         self._done.append(silence_ns)
 
 
-def test_between_two_samples_one_thing_at_a_time_is_done_and_silence_comes_last():
+def test_between_two_samples_pending_work_is_done_step_by_step_before_predictions():
     done = []
-    driver = SimpleNamespace(estimators={"1": Busy(done, ["step 1", "learn 1"]), "2": Busy(done, ["step 2"])})
+    driver = SimpleNamespace(
+        estimators={"1": PendingEstimator(done, ["step 1", "fit 1"]), "2": PendingEstimator(done, ["step 2"])}
+    )
     for count in (1, 2, 3, 5):
-        DirectDriver._on_quiet(driver, 5_000)
+        DirectDriver._on_idle(driver, 5_000)
         assert len(done) == count
-    assert done == ["step 1", "learn 1", "step 2", 4_000, 4_000]
+    assert done == ["step 1", "fit 1", "step 2", 4_000, 4_000]

@@ -1,4 +1,4 @@
-"""Launch files cannot run where ROS came from wheels; that they start what there is can be seen all the same."""
+"""Launch files, checked by their syntax tree: `launch` is absent where ROS was installed from wheels."""
 
 import ast
 from pathlib import Path
@@ -20,7 +20,7 @@ def nodes(file: Path) -> list[tuple[str, str, str]]:
         elif isinstance(item, ast.Call) and getattr(item.func, "id", "") == "Node":
             words = {k.arg: k.value.value for k in item.keywords if isinstance(k.value, ast.Constant)}
             if {"package", "executable"} <= words.keys():
-                found.append((words["package"], words["executable"], words.get("name", "driver")))  # composed has one
+                found.append((words["package"], words["executable"], words.get("name", "driver")))
     return found
 
 

@@ -1,4 +1,4 @@
-"""Every path in the layouts for Foxglove, PlotJuggler and rqt_plot leads to a number of a message that is published."""
+"""Every path in the layouts for Foxglove, PlotJuggler and rqt_plot names a number of a published message."""
 
 import json
 import os
@@ -31,8 +31,8 @@ TOPICS = {
 VIEWS = ("force", "position", "velocity", "stiffness", "damping", "inertia", "k2", "d2", "joint", "tension", "status")
 
 
-def leads_to_a_number(path, separator):
-    """Whether "/topic<separator>field" or "...field[2]" names a number; TOPICS and definitions decide."""
+def names_a_number(path, separator):
+    """Whether "/topic<separator>field" or "...field[2]" names a number of the types in TOPICS."""
     topic, field = next(((t, path[len(t) + 1 :]) for t in TOPICS if path.startswith(t + separator)), (None, ""))
     if topic is None:
         return False
@@ -63,7 +63,7 @@ def plotjuggler_paths():
 
 
 def rqt_paths(tmp_path, view):
-    """What the script hands to rqt_plot, by a ros2 that only echoes."""
+    """Arguments that the script passes to rqt_plot, recorded by a substitute for ros2."""
     ros2 = tmp_path / "ros2"
     ros2.write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n')
     ros2.chmod(0o755)
@@ -74,33 +74,33 @@ def rqt_paths(tmp_path, view):
     return lines[3:]
 
 
-def test_a_path_that_no_message_has_is_found_out():
-    assert leads_to_a_number("/vsa/transmission_1/impedance.stiffness", ".")
-    assert leads_to_a_number("/vsa/joint_impedance/tension[1]", "/")
-    assert not leads_to_a_number("/vsa/transmission_1/impedance.stifness", ".")
-    assert not leads_to_a_number("/vsa/joint_impedance/tension[2]", "/")
-    assert not leads_to_a_number("/vsa/transmission_3/impedance.stiffness", ".")
-    assert not leads_to_a_number("/vsa/joint_impedance.reason", ".")
+def test_a_path_without_a_field_is_detected():
+    assert names_a_number("/vsa/transmission_1/impedance.stiffness", ".")
+    assert names_a_number("/vsa/joint_impedance/tension[1]", "/")
+    assert not names_a_number("/vsa/transmission_1/impedance.stifness", ".")
+    assert not names_a_number("/vsa/joint_impedance/tension[2]", "/")
+    assert not names_a_number("/vsa/transmission_3/impedance.stiffness", ".")
+    assert not names_a_number("/vsa/joint_impedance.reason", ".")
 
 
 @pytest.mark.parametrize("path", sorted(set(foxglove_paths())))
-def test_foxglove_draws_what_is_published(path):
-    assert leads_to_a_number(path, ".")
+def test_paths_of_foxglove_are_published(path):
+    assert names_a_number(path, ".")
 
 
 @pytest.mark.parametrize("path", sorted(set(plotjuggler_paths())))
-def test_plotjuggler_draws_what_is_published(path):
-    assert leads_to_a_number(path, "/")
+def test_paths_of_plotjuggler_are_published(path):
+    assert names_a_number(path, "/")
 
 
 @pytest.mark.parametrize("view", VIEWS)
-def test_rqt_plot_draws_what_is_published(tmp_path, view):
+def test_paths_of_rqt_plot_are_published(tmp_path, view):
     paths = rqt_paths(tmp_path, view)
     assert paths
-    assert all(leads_to_a_number(path, "/") for path in paths)
+    assert all(names_a_number(path, "/") for path in paths)
 
 
-def test_every_foxglove_panel_is_placed_and_every_place_has_its_panel():
+def test_foxglove_panels_and_their_positions_match():
     layout = foxglove()
 
     def placed(node):
@@ -115,13 +115,13 @@ def test_every_foxglove_panel_is_placed_and_every_place_has_its_panel():
     assert shown == set(layout["configById"])
 
 
-def test_raw_panels_and_diagnostics_listen_to_topics_that_exist():
+def test_raw_panels_and_diagnostics_subscribe_to_existing_topics():
     for panel in foxglove()["configById"].values():
         for key in ("topicPath", "topicToRender"):
             assert panel.get(key, "/diagnostics") in TOPICS
 
 
-def test_every_splitter_of_plotjuggler_has_as_many_parts_as_it_says():
+def test_every_splitter_of_plotjuggler_has_its_number_of_parts():
     splitters = list(ElementTree.parse(LAYOUTS / "plotjuggler.xml").iter("DockSplitter"))
     assert splitters
     for splitter in splitters:

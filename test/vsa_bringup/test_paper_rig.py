@@ -1,4 +1,4 @@
-"""The parameter file says what the nodes understand, and what the paper says."""
+"""The parameter file: valid for every node, with the values of the paper."""
 
 import importlib
 from pathlib import Path
@@ -25,11 +25,11 @@ def configuration(node: str) -> dict:
 
 
 @pytest.mark.parametrize("node", NODES)
-def test_every_section_is_understood_by_its_node(node):
+def test_every_section_is_valid_for_its_node(node):
     assert configuration(node)
 
 
-def test_no_section_is_for_a_node_that_does_not_exist():
+def test_every_section_belongs_to_a_node():
     assert {key.rsplit("/", 1)[-1] for key in yaml.safe_load(FILE.read_text())} == set(NODES)
 
 
@@ -45,7 +45,7 @@ def test_coefficients_are_those_of_the_paper(side, k2, force_offset, d2, inertia
     assert {name: rig[f"transmission_{side}.{name}"] for name in paper} == pytest.approx(paper)
 
 
-def test_rig_and_suite_agree_on_what_is_between_them():
+def test_rig_and_suite_have_the_same_bus_geometry_and_calibration():
     driver, joint, rig = (configuration(node) for node in ("driver", "joint", "rig_simulator"))
     for name in ("interface", "channel", "options"):
         assert driver[f"bus.{name}"] == rig[f"bus.{name}"]

@@ -1,4 +1,4 @@
-"""Stamps survive the way to the wire and back."""
+"""Conversion of stamps between nanoseconds and messages."""
 
 from types import SimpleNamespace
 
@@ -7,7 +7,7 @@ from vsa_common.stamps import nanoseconds, set_stamp
 
 
 @pytest.mark.parametrize("stamp_ns", [0, 1, 999_999_999, 1_000_000_000, 1_700_000_000_123_456_789])
-def test_a_stamp_survives_the_round_trip(stamp_ns):
+def test_a_round_trip_preserves_the_stamp(stamp_ns):
     stamp = SimpleNamespace(sec=0, nanosec=0)
     set_stamp(stamp, stamp_ns)
     assert nanoseconds(stamp) == stamp_ns

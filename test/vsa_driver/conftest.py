@@ -17,7 +17,7 @@ BO_ 32 Positions: 8 Daq
 
 @pytest.fixture
 def other_daq(tmp_path):
-    """Settings for data acquisition that is nothing like the simulated rig's."""
+    """Settings of a data acquisition that differs from the simulated rig's in every respect."""
     dbc = tmp_path / "daq.dbc"
     dbc.write_text(OTHER_DAQ)
 

@@ -58,21 +58,21 @@ def signed(value, step):
     return round(value / step).to_bytes(3, "little", signed=True)
 
 
-class Bench:
-    """The rig's side of the bus and a subscriber to everything that the driver says."""
+class Rig:
+    """The rig's side of the bus and a subscriber to all topics of the driver."""
 
     def __init__(self):
         self.bus = open_bus(BUS)
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=DOMAIN)
-        self.node = rclpy.create_node("bench", namespace="vsa", context=self.context)
+        self.node = rclpy.create_node("rig", namespace="vsa", context=self.context)
         self.executor = EventsExecutor(context=self.context)
         self.executor.add_node(self.node)
-        self.heard = {topic: [] for topic in TOPICS}
+        self.received = {topic: [] for topic in TOPICS}
         self.reports = []
-        self.number = -1
+        self.sequence = -1
         for topic, kind in TOPICS.items():
-            self.node.create_subscription(kind, topic, self.heard[topic].append, RELIABLE)
+            self.node.create_subscription(kind, topic, self.received[topic].append, RELIABLE)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", lambda m: self.reports.append(m.status[0]), 10)
         self.commands = self.node.create_publisher(JointState, "motor_commands", RELIABLE)
         self.arm = self.node.create_client(SetBool, "driver/arm")
@@ -80,18 +80,18 @@ class Bench:
 
     def sample(self, force=20.0, count=500, motors=(0.5, -0.25)):
         """One sample of the rig: four frames."""
-        self.number += 1
-        number = struct.pack("<H", self.number % 65536)
+        self.sequence += 1
+        counter = struct.pack("<H", self.sequence % 65536)
         for i in (1, 2):
-            self.bus.send(0x100 + i, signed(force * i, 1e-4) + struct.pack("<H", count + i) + number)
-        self.bus.send(0x110, signed(0.125, 1e-6) + signed(-0.75, 1e-5) + number)
-        self.bus.send(0x120, signed(motors[0], 1e-5) + signed(motors[1], 1e-5) + b"\0" + number[:1])
+            self.bus.send(0x100 + i, signed(force * i, 1e-4) + struct.pack("<H", count + i) + counter)
+        self.bus.send(0x110, signed(0.125, 1e-6) + signed(-0.75, 1e-5) + counter)
+        self.bus.send(0x120, signed(motors[0], 1e-5) + signed(motors[1], 1e-5) + b"\0" + counter[:1])
 
-    def until(self, true, send=True, timeout=10.0):
-        """Serve the subscriptions until something is so, sending samples as a device does: 200 Hz of its clock."""
+    def until(self, condition, send=True, timeout=10.0):
+        """Serve the subscriptions until `condition`, sending samples at 200 Hz of the device's clock."""
         due = time.monotonic()
         end = due + timeout
-        while not true():
+        while not condition():
             assert time.monotonic() < end, f"timeout; the last report: {self.reports[-1:]}"
             self.serve(0.005)
             while send and due <= time.monotonic():
@@ -99,7 +99,7 @@ class Bench:
                 due += 0.005
 
     def serve(self, seconds):
-        """Serve the subscriptions for so long."""
+        """Serve the subscriptions for `seconds`."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left)
@@ -118,7 +118,7 @@ class Bench:
         ]
 
     def receive(self):
-        """The next frame on the bus; None when there is none waiting."""
+        """The next frame on the bus; None where none is waiting."""
         while True:
             with contextlib.suppress(MalformedFrame):
                 return self.bus.receive(0.0)
@@ -146,38 +146,40 @@ def driver():
 
 
 @pytest.fixture(scope="module")
-def bench(driver):
-    bench = Bench()
-    bench.until(
-        lambda: all(bench.heard.values()) and bench.arm.service_is_ready() and bench.tare.service_is_ready(),
+def rig(driver):
+    rig = Rig()
+    rig.until(
+        lambda: all(rig.received.values()) and rig.arm.service_is_ready() and rig.tare.service_is_ready(),
         timeout=60.0,
     )
-    yield bench
-    bench.close()
+    yield rig
+    rig.close()
 
 
 @pytest.fixture
-def fresh(bench):
-    """The bench with its ears empty and the motors disarmed."""
-    bench.call(bench.arm, SetBool.Request(data=False))
-    bench.serve(0.2)
-    bench.sent_commands()
-    for heard in bench.heard.values():
-        heard.clear()
-    return bench
+def fresh(rig):
+    """The rig with empty lists of messages and disarmed motors."""
+    rig.call(rig.arm, SetBool.Request(data=False))
+    rig.serve(0.2)
+    rig.sent_commands()
+    for messages in rig.received.values():
+        messages.clear()
+    return rig
 
 
-def test_every_sample_becomes_force_and_encoder_with_one_stamp_and_a_number(fresh):
-    first = fresh.number + 1
+def test_every_sample_becomes_force_and_encoder_with_one_stamp_and_a_sequence_number(fresh):
+    first = fresh.sequence + 1
     forces = [10.0 + 0.01 * i for i in range(400)]
     for i, force in enumerate(forces):
         fresh.sample(force, count=100 + i)
         fresh.serve(0.001)
-    numbered = fresh.heard["transmission_1/capture_counters"]
-    fresh.until(lambda: sum(len(message.counter) for message in numbered) == len(forces), send=False)
-    force, encoder = fresh.heard["transmission_1/force"], fresh.heard["transmission_1/encoder"]
-    others = fresh.heard["transmission_2/force"]
-    fresh.until(lambda: min(map(len, (force, encoder, others))) == len(forces), send=False)  # one may be sent again
+    counters = fresh.received["transmission_1/capture_counters"]
+    fresh.until(lambda: sum(len(message.counter) for message in counters) == len(forces), send=False)
+    force, encoder = fresh.received["transmission_1/force"], fresh.received["transmission_1/encoder"]
+    others = fresh.received["transmission_2/force"]
+    fresh.until(
+        lambda: min(map(len, (force, encoder, others))) == len(forces), send=False
+    )  # a late one may arrive again
     stamps = [nanoseconds(message.header.stamp) for message in force]
     np.testing.assert_allclose([message.wrench.force.x for message in force], forces, atol=1e-9)
     np.testing.assert_allclose([message.position[0] for message in encoder], (101 + np.arange(400)) * 1e-5, atol=1e-9)
@@ -185,24 +187,24 @@ def test_every_sample_becomes_force_and_encoder_with_one_stamp_and_a_number(fres
     assert stamps == [nanoseconds(message.header.stamp) for message in encoder]
     assert np.all(np.diff(stamps) > 0)
     assert abs(stamps[-1] - time.time_ns()) < 5e9
-    assert [nanoseconds(stamp) for message in numbered for stamp in message.stamp] == stamps
-    assert [n for message in numbered for n in message.counter] == list(range(first, first + 400))
+    assert [nanoseconds(stamp) for message in counters for stamp in message.stamp] == stamps
+    assert [n for message in counters for n in message.counter] == list(range(first, first + 400))
     assert {message.header.frame_id for message in force} == {"transmission_1"}
 
 
 def test_joint_and_motors_are_published_in_si(fresh):
-    fresh.until(lambda: all(fresh.heard[topic] for topic in ("joint_states", "external_torque", "motor_states")))
-    assert fresh.heard["joint_states"][0].position[0] == pytest.approx(0.125)
-    assert fresh.heard["external_torque"][0].wrench.torque.z == pytest.approx(-0.75)
-    motor = fresh.heard["motor_states"][0]
+    fresh.until(lambda: all(fresh.received[topic] for topic in ("joint_states", "external_torque", "motor_states")))
+    assert fresh.received["joint_states"][0].position[0] == pytest.approx(0.125)
+    assert fresh.received["external_torque"][0].wrench.torque.z == pytest.approx(-0.75)
+    motor = fresh.received["motor_states"][0]
     assert dict(zip(motor.name, motor.position, strict=True)) == pytest.approx({"motor_1": 0.5, "motor_2": -0.25})
 
 
-def test_viewers_get_the_angle_at_their_pace(fresh):
-    fresh.until(lambda: len(fresh.heard["joint_states_throttle"]) > 4)
-    stamps = [nanoseconds(message.header.stamp) for message in fresh.heard["joint_states_throttle"]]
-    fresh.until(lambda: nanoseconds(fresh.heard["joint_states"][-1].header.stamp) >= stamps[-1])
-    assert set(stamps) <= {nanoseconds(message.header.stamp) for message in fresh.heard["joint_states"]}
+def test_the_throttled_angle_has_one_message_per_period(fresh):
+    fresh.until(lambda: len(fresh.received["joint_states_throttle"]) > 4)
+    stamps = [nanoseconds(message.header.stamp) for message in fresh.received["joint_states_throttle"]]
+    fresh.until(lambda: nanoseconds(fresh.received["joint_states"][-1].header.stamp) >= stamps[-1])
+    assert set(stamps) <= {nanoseconds(message.header.stamp) for message in fresh.received["joint_states"]}
     assert len({stamp // PERIOD_NS for stamp in stamps}) == len(stamps)
 
 
@@ -218,7 +220,7 @@ def test_no_command_reaches_the_bus_before_arming_and_the_first_after_it_is_the_
     assert commands[0] == pytest.approx((0.5, -0.25))
 
 
-def test_an_armed_command_is_approached_at_the_speed_limit_and_a_wrong_one_is_not_followed(fresh):
+def test_an_armed_command_is_approached_at_the_speed_limit_and_an_invalid_one_is_refused(fresh):
     fresh.call(fresh.arm, SetBool.Request(data=True))
     commands, goal = [], (0.7, -0.3)
     end = time.monotonic() + 5.0
@@ -235,70 +237,71 @@ def test_an_armed_command_is_approached_at_the_speed_limit_and_a_wrong_one_is_no
     assert all(0.5 - 1e-4 <= one <= 0.7 + 1e-4 for one, _ in commands)
 
 
-def test_commands_end_when_the_controller_falls_silent(fresh):
+def test_commands_end_when_the_controller_times_out(fresh):
     fresh.call(fresh.arm, SetBool.Request(data=True))
     fresh.until(fresh.sent_commands)
-    quiet_from = time.monotonic() + 0.6
-    fresh.until(lambda: time.monotonic() > quiet_from)
+    timed_out_at = time.monotonic() + 0.6
+    fresh.until(lambda: time.monotonic() > timed_out_at)
     fresh.sent_commands()
     end = time.monotonic() + 0.3
     fresh.until(lambda: time.monotonic() > end)
     assert fresh.sent_commands() == []
 
 
-def test_tare_makes_the_resting_force_zero(fresh):
+def test_tare_makes_a_constant_force_zero(fresh):
     steady = time.monotonic() + 1.5
     fresh.until(lambda: time.monotonic() > steady)
-    answer = fresh.call(fresh.tare, Trigger.Request())
-    assert answer.success, answer.message
-    fresh.heard["transmission_1/force"].clear()
-    fresh.until(lambda: fresh.heard["transmission_1/force"])
-    assert fresh.heard["transmission_1/force"][-1].wrench.force.x == pytest.approx(0.0, abs=1e-9)
+    fresh.until(lambda: fresh.call(fresh.tare, Trigger.Request()).success)  # again after a stall of this machine
+    fresh.received["transmission_1/force"].clear()
+    fresh.until(lambda: fresh.received["transmission_1/force"])
+    assert fresh.received["transmission_1/force"][-1].wrench.force.x == pytest.approx(0.0, abs=1e-9)
 
 
-def test_what_is_wrong_on_the_bus_is_counted_and_reported(fresh):
+def test_invalid_frames_are_counted_and_reported(fresh):
     fresh.until(lambda: len(fresh.reports) >= 1)
-    before = {name: fresh.count(name) for name in ("foreign", "transmission_1.wrong_length", "transmission_1.lost")}
+    before = {
+        name: fresh.count(name) for name in ("unmapped_frames", "transmission_1.wrong_length", "transmission_1.lost")
+    }
     for _ in range(7):
         fresh.bus.send(0x7AB, b"\x01")
     fresh.bus.send(0x101, b"\x01\x02\x03")
-    fresh.number += 5
+    fresh.sequence += 5
     fresh.until(
         lambda: (
             fresh.reports[-1].level == b"\x01" and fresh.count("transmission_1.lost") > before["transmission_1.lost"]
         )
     )
-    fresh.until(lambda: fresh.count("foreign") == before["foreign"] + 7)
+    fresh.until(lambda: fresh.count("unmapped_frames") == before["unmapped_frames"] + 7)
     assert fresh.count("transmission_1.wrong_length") == before["transmission_1.wrong_length"] + 1
     assert fresh.count("transmission_1.lost") == before["transmission_1.lost"] + 5
 
 
-def test_a_flood_of_foreign_frames_and_garbage_costs_no_sample(fresh):
+def test_a_flood_of_unmapped_and_malformed_frames_loses_no_sample(fresh):
     fresh.until(lambda: fresh.reports)
-    before = {name: fresh.count(name) for name in ("foreign", "malformed", "transmission_1.lost")}
-    fresh.heard["transmission_1/force"].clear()
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-        stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+    before = {name: fresh.count(name) for name in ("unmapped_frames", "malformed", "transmission_1.lost")}
+    fresh.received["transmission_1/force"].clear()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other_sender:
+        other_sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
         for i in range(200):
             fresh.sample()
             for k in range(20):  # five times the frames of a sample
                 fresh.bus.send(0x400 + k, bytes(8))
             if i % 10 == 0:
-                stranger.sendto(b"no frame", (BUS.channel, PORT))
+                other_sender.sendto(b"no frame", (BUS.channel, PORT))
             fresh.serve(0.005)
-    fresh.until(lambda: len(fresh.heard["transmission_1/force"]) >= 200, send=False)
+    fresh.until(lambda: len(fresh.received["transmission_1/force"]) >= 200, send=False)
     fresh.until(lambda: fresh.count("malformed") == before["malformed"] + 20)
-    fresh.until(lambda: fresh.count("foreign") == before["foreign"] + 4000)
+    fresh.until(lambda: fresh.count("unmapped_frames") == before["unmapped_frames"] + 4000)
     assert fresh.count("transmission_1.lost") == before["transmission_1.lost"]
 
 
-def test_a_silent_rig_is_an_error_that_names_the_transmissions_and_is_forgotten_when_it_speaks(fresh):
+def test_missing_samples_are_an_error_that_names_the_transmissions_and_clears_when_they_return(fresh):
     fresh.until(lambda: fresh.reports and fresh.reports[-1].level == b"\x02", send=False)
     assert "transmission_1 and transmission_2" in fresh.reports[-1].message
     fresh.until(lambda: fresh.reports[-1].level == b"\x00")
 
 
-def test_what_makes_a_start_impossible_is_said_in_one_line(tmp_path):
+def test_a_failed_start_is_reported_in_one_line(tmp_path):
     dbc = tmp_path / "lacking.dbc"
     dbc.write_text(Path(RIG_DBC).read_text().replace("SG_ Force ", "SG_ Strain "))
     malformed = tmp_path / "malformed.yaml"
@@ -314,20 +317,20 @@ def test_what_makes_a_start_impossible_is_said_in_one_line(tmp_path):
         ),
     }  # fmt: skip
     for words, process in cases.items():
-        _, said = process.communicate(timeout=60.0)
+        _, error = process.communicate(timeout=60.0)
         assert process.returncode == 1
-        assert words in said
-        assert len(said.strip().splitlines()) == 1, said
+        assert words in error
+        assert len(error.strip().splitlines()) == 1, error
 
 
-def test_sigterm_ends_a_busy_driver_cleanly(bench):
+def test_sigterm_ends_a_busy_driver_cleanly(rig):
     process = start_driver(OPTIONS, f"bus.channel:={BUS.channel}", "silence:=1.0")
-    count = bench.node.count_publishers("/vsa/transmission_1/force")
-    bench.until(lambda: bench.node.count_publishers("/vsa/transmission_1/force") > count, timeout=20.0)
+    count = rig.node.count_publishers("/vsa/transmission_1/force")
+    rig.until(lambda: rig.node.count_publishers("/vsa/transmission_1/force") > count, timeout=20.0)
     moment = time.monotonic() + 0.5
-    bench.until(lambda: time.monotonic() > moment)
+    rig.until(lambda: time.monotonic() > moment)
     process.terminate()
-    bench.until(lambda: process.poll() is not None)
+    rig.until(lambda: process.poll() is not None)
     assert process.returncode == 0
-    said = process.stderr.read().splitlines()  # a starved machine delays frames, and the driver says so
-    assert [line for line in said if "in the last second" not in line] == []
+    log = process.stderr.read().splitlines()  # an overloaded machine delays frames, and the driver logs that
+    assert [line for line in log if "in the last second" not in line] == []

@@ -1,4 +1,4 @@
-"""Simulated rig and driver as two processes with a CAN bus between them, against the rig's own truth."""
+"""Simulated rig and driver as two processes with a CAN bus between them, against the rig's ground truth."""
 
 import os
 import signal
@@ -25,46 +25,49 @@ pytestmark = pytest.mark.live
 DOMAIN = 20 + (os.getpid() + 40) % 80
 RATE_HZ, SAMPLES = 200, 900
 BUS = f"bus.options:=['hop_limit=0','port={43000 + os.getpid() % 1000}']"
-WRAPS_AT_M = 0.011  # the encoder's count starts so that it wraps here, in the middle of the motion
+WRAPS_AT_M = 0.011  # deflection at which the encoder's count wraps, in the middle of the motion
+MODULES = {"driver": "vsa_driver.node", "rig_simulator": "vsa_simulator.node"}
 
 
-def start(executable, *parameters):
+def start(name, *parameters):
     arguments = [word for parameter in (BUS, *parameters) for word in ("-p", parameter)]
     environment = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    return subprocess.Popen(
-        [sys.executable, "-m", f"vsa_driver.{executable}", "--ros-args", *arguments], env=environment
-    )
+    return subprocess.Popen([sys.executable, "-m", MODULES[name], "--ros-args", *arguments], env=environment)
 
 
-class Listener:
+class Subscriber:
     """Subscriber to the samples of both transmissions."""
 
     def __init__(self):
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=DOMAIN)
-        self.node = rclpy.create_node("listener", namespace="vsa", context=self.context)
+        self.node = rclpy.create_node("subscriber", namespace="vsa", context=self.context)
         self.executor = EventsExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.motors = []
         self.samples = {
-            name: {"force": {}, "encoder": {}, "number": {}} for name in ("transmission_1", "transmission_2")
+            name: {"force": {}, "encoder": {}, "sequence": {}} for name in ("transmission_1", "transmission_2")
         }
-        for name, kept in self.samples.items():
-            self.listen(
-                WrenchStamped, f"{name}/force", lambda m, k=kept: k["force"].update({stamp(m): m.wrench.force.x})
+        for name, received in self.samples.items():
+            self.subscribe(
+                WrenchStamped, f"{name}/force", lambda m, r=received: r["force"].update({stamp(m): m.wrench.force.x})
             )
-            self.listen(JointState, f"{name}/encoder", lambda m, k=kept: k["encoder"].update({stamp(m): m.position[0]}))
-            self.listen(CaptureCounters, f"{name}/capture_counters", lambda m, k=kept: k["number"].update(numbers(m)))
-        self.listen(JointState, "motor_states", lambda m: self.motors.append(list(m.position)))
+            self.subscribe(
+                JointState, f"{name}/encoder", lambda m, r=received: r["encoder"].update({stamp(m): m.position[0]})
+            )
+            self.subscribe(
+                CaptureCounters, f"{name}/capture_counters", lambda m, r=received: r["sequence"].update(numbers(m))
+            )
+        self.subscribe(JointState, "motor_states", lambda m: self.motors.append(list(m.position)))
         self.reporters = set()
-        self.listen(DiagnosticArray, "/diagnostics", lambda m: self.reporters.update(s.name for s in m.status))
+        self.subscribe(DiagnosticArray, "/diagnostics", lambda m: self.reporters.update(s.name for s in m.status))
 
-    def listen(self, kind, topic, callback):
+    def subscribe(self, kind, topic, callback):
         self.node.create_subscription(kind, topic, callback, RELIABLE)
 
-    def until(self, true, timeout=40.0):
+    def until(self, condition, timeout=40.0):
         end = time.monotonic() + timeout
-        while not true():
+        while not condition():
             assert time.monotonic() < end, "timeout"
             self.executor.spin_once(timeout_sec=0.01)
 
@@ -72,7 +75,7 @@ class Listener:
         return answer_of(self.node, self.until, kind, service, request)
 
     def connected(self):
-        """Whether the driver has found this node: it finds subscriptions in order, and that to reports is last."""
+        """Whether the driver has discovered this node: discovery is in order, and /diagnostics is subscribed last."""
         return "/vsa/driver" in self.reporters
 
 
@@ -85,7 +88,7 @@ def numbers(message):
 
 
 @pytest.fixture
-def listener(tmp_path):
+def subscriber(tmp_path):
     _, rig = processes = [
         start("driver", f"transmission_1.encoder_offset:={WRAPS_AT_M}", f"transmission_2.encoder_offset:={WRAPS_AT_M}"),
         start(
@@ -94,47 +97,49 @@ def listener(tmp_path):
             "profile.kind:=hold",
         ),
     ]  # fmt: skip
-    listener = Listener()
+    subscriber = Subscriber()
 
     def end_rig():
         rig.send_signal(signal.SIGINT)
         return rig.wait(10.0)
 
-    listener.end_rig = end_rig
-    yield listener
+    subscriber.end_rig = end_rig
+    yield subscriber
     for process in processes:
         process.send_signal(signal.SIGINT)
     codes = [process.wait(10.0) for process in processes]
-    listener.node.destroy_node()
-    rclpy.shutdown(context=listener.context)
+    subscriber.node.destroy_node()
+    rclpy.shutdown(context=subscriber.context)
     assert codes == [0, 0]
 
 
-def test_every_sample_of_the_rig_arrives_with_its_number_and_the_motors_obey_once_armed(listener, tmp_path):
-    listener.until(listener.connected)
-    assert listener.call(Trigger, "rig_simulator/start", Trigger.Request()).success
-    listener.until(lambda: len(listener.motors) > 5)
-    at_first = listener.motors[-1]
-    assert listener.call(SetBool, "driver/arm", SetBool.Request(data=True)).success
-    commands = listener.node.create_publisher(JointState, "motor_commands", RELIABLE)
+def test_every_sample_of_the_rig_arrives_with_its_sequence_number_and_armed_motors_follow_commands(
+    subscriber, tmp_path
+):
+    subscriber.until(subscriber.connected)
+    assert subscriber.call(Trigger, "rig_simulator/start", Trigger.Request()).success
+    subscriber.until(lambda: len(subscriber.motors) > 5)
+    at_first = subscriber.motors[-1]
+    assert subscriber.call(SetBool, "driver/arm", SetBool.Request(data=True)).success
+    commands = subscriber.node.create_publisher(JointState, "motor_commands", RELIABLE)
     goal = [at_first[0] + 0.3, at_first[1] + 0.3]
     begin = time.monotonic()
     while (elapsed := time.monotonic() - begin) < 2.0:
         part = min(elapsed, 1.0)
         now = [first + part * (last - first) for first, last in zip(at_first, goal, strict=True)]
         commands.publish(JointState(name=["motor_2", "motor_1"], position=now[::-1]))
-        listener.executor.spin_once(timeout_sec=0.01)
-    np.testing.assert_allclose(listener.motors[-1], goal, atol=2e-3)
+        subscriber.executor.spin_once(timeout_sec=0.01)
+    np.testing.assert_allclose(subscriber.motors[-1], goal, atol=2e-3)
 
-    listener.until(lambda: all(len(kept["number"]) == SAMPLES for kept in listener.samples.values()))
-    assert listener.end_rig() == 0  # its truth is complete when it has ended
+    subscriber.until(lambda: all(len(received["sequence"]) == SAMPLES for received in subscriber.samples.values()))
+    assert subscriber.end_rig() == 0  # its truth is complete when it has ended
     truth = read_columns(tmp_path / "truth.csv", ["force_1", "force_2", "deflection_1", "deflection_2"])
-    for i, kept in enumerate(listener.samples.values(), 1):
-        assert sorted(kept["number"].values()) == list(range(SAMPLES))
-        assert kept["force"].keys() == kept["encoder"].keys() == kept["number"].keys()
-        order = sorted(kept["number"], key=kept["number"].get)
-        force_error = np.array([kept["force"][at] for at in order]) - truth[f"force_{i}"]
-        deflection_error = np.array([kept["encoder"][at] for at in order]) - truth[f"deflection_{i}"]
+    for i, received in enumerate(subscriber.samples.values(), 1):
+        assert sorted(received["sequence"].values()) == list(range(SAMPLES))
+        assert received["force"].keys() == received["encoder"].keys() == received["sequence"].keys()
+        order = sorted(received["sequence"], key=received["sequence"].get)
+        force_error = np.array([received["force"][at] for at in order]) - truth[f"force_{i}"]
+        deflection_error = np.array([received["encoder"][at] for at in order]) - truth[f"deflection_{i}"]
         assert np.ptp(truth[f"deflection_{i}"]) > 5e-4
         assert np.abs(force_error).max() < 6 * 0.017
         assert np.std(force_error) == pytest.approx(0.017, rel=0.15)

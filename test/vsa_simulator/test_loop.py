@@ -1,4 +1,4 @@
-"""The rig on a bus in real time: what it sends, obeys and writes down."""
+"""The rig on a bus in real time: frames, commands, ground truth file."""
 
 import csv
 import threading
@@ -22,29 +22,29 @@ BUS = BusConfig(channel="239.74.163.71", options=("hop_limit=0", "port=43871"))
 
 def run(tmp_path, samples, during=lambda bus: None, sender=None, config=None):
     """Frames on the bus and rows of the truth file of a run of `samples` samples."""
-    path, heard = tmp_path / "truth.csv", []
+    path, received = tmp_path / "truth.csv", []
     config = config or RigConfig(rate_hz=RATE)
     Rig(config).advance(1)
-    with open_bus(BUS) as listener:
+    with open_bus(BUS) as receiver:
         loop = RigLoop(Rig(config), sender or open_bus(BUS), RigFrames(FRAMES), 5, samples, TruthFile(path))
         loop.open()
         loop.start_clock()
-        during(listener)
+        during(receiver)
         while not loop.done:
-            frame = listener.receive(0.1)
+            frame = receiver.receive(0.1)
             if frame is not None:
-                heard.append(frame)
+                received.append(frame)
         loop.close()
-        while (frame := listener.receive(0.05)) is not None:
-            heard.append(frame)
+        while (frame := receiver.receive(0.05)) is not None:
+            received.append(frame)
     with path.open() as file:
         rows = list(csv.DictReader(file))
-    return loop, heard, rows
+    return loop, received, rows
 
 
-def decoded(heard, name):
+def decoded(received, name):
     message = FRAMES.message(name)
-    return [message.decode(bytes(frame.data)) for frame in heard if frame.arbitration_id == message.id]
+    return [message.decode(bytes(frame.data)) for frame in received if frame.arbitration_id == message.id]
 
 
 @pytest.fixture(scope="module")
@@ -53,32 +53,32 @@ def quiet_run(tmp_path_factory):
 
 
 def test_every_sample_has_a_frame_of_each_transmission_and_a_row_of_truth(quiet_run):
-    loop, heard, rows = quiet_run
+    loop, received, rows = quiet_run
     for name in ("Transmission1", "Transmission2"):
-        assert [frame["RollingCounter"] for frame in decoded(heard, name)] == list(range(300))
+        assert [frame["RollingCounter"] for frame in decoded(received, name)] == list(range(300))
     assert [int(row["sample"]) for row in rows] == list(range(300))
     assert tuple(rows[0]) == HEADER
     assert (loop.sent, loop.done, loop.send_failures) == (300, True, 0)
 
 
-def test_the_frames_carry_what_the_truth_says(quiet_run):
-    _, heard, rows = quiet_run
+def test_the_frames_carry_the_truth_within_sensor_noise(quiet_run):
+    _, received, rows = quiet_run
     for side in (1, 2):
-        frames = decoded(heard, f"Transmission{side}")
+        frames = decoded(received, f"Transmission{side}")
         force = np.array([frame["Force"] for frame in frames]) - [float(row[f"force_{side}"]) for row in rows]
         deflection = np.array([frame["EncoderCount"] * 1e-5 for frame in frames])
         deflection -= [float(row[f"deflection_{side}"]) for row in rows]
         assert np.abs(force).max() < 5 * 0.017  # noise of the sensor
         assert np.abs(deflection).max() < 6e-5
-    angles = [frame["Angle"] for frame in decoded(heard, "Joint")]
+    angles = [frame["Angle"] for frame in decoded(received, "Joint")]
     np.testing.assert_allclose(angles, [float(row["angle"]) for row in rows[::5]], atol=6e-4)
-    motors = [frame["Position1"] for frame in decoded(heard, "MotorState")]
+    motors = [frame["Position1"] for frame in decoded(received, "MotorState")]
     np.testing.assert_allclose(motors, [float(row["motor_1"]) for row in rows[::5]], atol=1e-5)
 
 
 def test_the_frames_keep_the_rate(quiet_run):
-    _, heard, _ = quiet_run
-    stamps = np.array([frame.timestamp for frame in heard if frame.arbitration_id == 0x101])
+    _, received, _ = quiet_run
+    stamps = np.array([frame.timestamp for frame in received if frame.arbitration_id == 0x101])
     ideal = np.arange(300) / RATE
     assert np.median(stamps - stamps[0] - ideal) == pytest.approx(0.0, abs=0.02)
 
@@ -91,23 +91,23 @@ def test_a_command_from_the_bus_moves_the_motors_and_its_end_holds_them(tmp_path
             bus.send(command.id, command.encode({"Position1": 2.5, "Position2": 1.0, "RollingCounter": number}))
 
     config = RigConfig(rate_hz=RATE, motors=MotorConfig(watchdog=0.2))
-    loop, heard, rows = run(tmp_path, 300, during, config=config)
+    loop, received, rows = run(tmp_path, 300, during, config=config)
     assert loop.commands == 3
-    holding = [frame["WatchdogHolding"] for frame in decoded(heard, "MotorState")]
+    holding = [frame["WatchdogHolding"] for frame in decoded(received, "MotorState")]
     assert holding[0] == 0
     assert holding[-1] == 1
     assert float(rows[-1]["motor_1"]) == pytest.approx(2.5, abs=0.01)
     assert float(rows[-1]["motor_2"]) == pytest.approx(1.0, abs=0.01)
 
 
-def test_a_command_frame_that_is_too_short_is_counted_and_moves_nothing(tmp_path):
+def test_a_command_frame_that_is_too_short_is_counted_and_ignored(tmp_path):
     loop, _, rows = run(tmp_path, 50, lambda bus: bus.send(0x200, b"\x01\x02"))
     assert (loop.commands, loop.bad_frames) == (0, 1)
     assert float(rows[-1]["motor_1"]) == pytest.approx(float(rows[0]["motor_1"]), abs=0.01)
 
 
 class DeadBus(Bus):
-    """A bus that takes and gives nothing, as an interface that went down."""
+    """A bus that fails to send and receive, as an interface that is down."""
 
     def __init__(self):
         self.name = "dead"
@@ -122,21 +122,21 @@ class DeadBus(Bus):
         pass
 
 
-def test_a_dead_bus_is_counted_and_the_rig_goes_on(tmp_path):
-    loop, heard, rows = run(tmp_path, 50, sender=DeadBus())
-    assert (len(rows), heard) == (50, [])
+def test_failures_of_the_bus_are_counted_and_the_rig_continues(tmp_path):
+    loop, received, rows = run(tmp_path, 50, sender=DeadBus())
+    assert (len(rows), received) == (50, [])
     assert loop.send_failures == 2 * 50 + 2 * 10
     assert loop.reason == "dead: bus-off"
 
 
-def test_the_clock_stands_until_it_is_started_and_stops_when_told(tmp_path):
+def test_the_clock_runs_from_its_start_to_its_stop(tmp_path):
     with TruthFile(tmp_path / "t.csv") as truth:
         loop = RigLoop(Rig(RigConfig(rate_hz=RATE)), open_bus(BUS), RigFrames(FRAMES), 5, None, truth)
         loop.open()
         assert (loop.running, loop.sent) == (False, 0)
-        with open_bus(BUS) as listener:
+        with open_bus(BUS) as receiver:
             loop.start_clock()
-            assert listener.receive(2.0) is not None
+            assert receiver.receive(2.0) is not None
             loop.stop_clock()
         loop.close()
     assert not any(thread.name == "rig" for thread in threading.enumerate())

@@ -17,7 +17,7 @@ LAWS = {  # F0, k1, k2, d1, d2, m
     1: (16.39, 0.776, 267.2, 4000.0, -0.1089e9, 0.3755),
     2: (8.269, 7.031, 165.6, 4000.0, -0.1170e9, 0.2295),
 }
-KNOWN_AFTER = 2.0  # seconds from which on the estimates are valid
+VALID_AFTER = 2.0  # seconds from which on the estimates are valid
 LOST = 37  # the one sample whose frame never came
 RADIUS, TENDON = 0.0215, 1e5
 
@@ -70,7 +70,7 @@ def write_run(path: Path, seconds=4.0, rate=200.0, leaves=None, space="/vsa", cl
     status = DiagnosticStatus(level=bytes([1]), name="/vsa/estimator_1", message="converging")
     fine = DiagnosticStatus(level=bytes([0]), name="/vsa/joint", message="active")
     for k in range(int(seconds)):
-        message = DiagnosticArray(status=[status, fine] if k < KNOWN_AFTER else [fine])
+        message = DiagnosticArray(status=[status, fine] if k < VALID_AFTER else [fine])
         rows.append((START_NS + k * 10**9, "/diagnostics", serialize_message(message)))
     types = {}
     for stamp_ns, name, data in sorted(rows, key=lambda row: row[0]):
@@ -114,7 +114,7 @@ def _side(side, time, stamps, random, every_state, every_batch):
     for k, (t, stamp_ns) in enumerate(zip(time, stamps.tolist(), strict=True)):
         if k == LOST:
             continue
-        known = bool(t >= KNOWN_AFTER)
+        known = bool(t >= VALID_AFTER)
         std = 0.002 if known else 0.3
         for message in (force, encoder, impedance):
             set_stamp(message.header.stamp, stamp_ns)
@@ -167,7 +167,7 @@ def _joint(time, stamps):
     for k, stamp_ns in enumerate(stamps.tolist()):
         for one in (message, angle, torque):
             set_stamp(one.header.stamp, stamp_ns)
-        valid = bool(time[k] >= KNOWN_AFTER)
+        valid = bool(time[k] >= VALID_AFTER)
         message.stiffness, message.damping, message.inertia = stiffness[k], damping[k], 1e-3
         message.stiffness_variance, message.damping_variance = (0.01 * stiffness[k]) ** 2, (0.02 * damping[k]) ** 2
         message.stiffness_valid = message.damping_valid = valid

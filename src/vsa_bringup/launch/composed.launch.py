@@ -1,4 +1,4 @@
-"""Driver, estimators and joint of every joint that the parameter file names, in one process.
+"""Driver, estimators and joint node of every joint in the parameter file, one process for each joint.
 
 ros2 launch vsa_bringup composed.launch.py [config:=my_rig.yaml]
 """
@@ -11,7 +11,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """What to start."""
+    """Launch description."""
     default = PathJoinSubstitution([FindPackageShare("vsa_bringup"), "config", "paper_rig.yaml"])
     argument = DeclareLaunchArgument("config", default_value=default, description="parameter file of the rig")
     node = Node(package="vsa_bringup", executable="composed", parameters=[LaunchConfiguration("config")])

@@ -1,4 +1,4 @@
-"""Driver, an estimator for each transmission, and the joint, with one parameter file.
+"""Driver, one estimator for each transmission, and the joint node, with one parameter file.
 
 ros2 launch vsa_bringup joint.launch.py [config:=my_rig.yaml] [namespace:=vsa]
 """
@@ -18,7 +18,7 @@ NODES = (
 
 
 def generate_launch_description() -> LaunchDescription:
-    """What to start."""
+    """Launch description."""
     default = PathJoinSubstitution([FindPackageShare("vsa_bringup"), "config", "paper_rig.yaml"])
     config, namespace = LaunchConfiguration("config"), LaunchConfiguration("namespace")
     arguments = [

@@ -1,4 +1,4 @@
-"""The suite on the simulated rig in place of a real one.
+"""The suite on the simulated rig.
 
 ros2 launch vsa_bringup simulated.launch.py [config:=my_rig.yaml] [namespace:=vsa]
 """
@@ -12,7 +12,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """What to start."""
+    """Launch description."""
     suite = PathJoinSubstitution([FindPackageShare("vsa_bringup"), "launch", "joint.launch.py"])
     rig = Node(
         package="vsa_simulator",

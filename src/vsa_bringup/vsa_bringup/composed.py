@@ -1,7 +1,7 @@
-"""Driver, estimators and joint in one process: every sample goes from one to the next by a function call.
+"""Driver, estimators and joint in one process: samples and estimates are passed on by function calls.
 
-The same nodes with the same parameters, topics and services as in processes of their own; what they publish goes out
-beside. A parameter file that names several joints (`/left/driver`, `/right/driver`) gets a process for each.
+Parameters, topics and services are those of the nodes in separate processes. A parameter file with several joints
+(`/left/driver`, `/right/driver`) gets one process for each.
 """
 
 import os
@@ -30,23 +30,23 @@ from vsa_estimator.output.estimate import Estimate
 from vsa_estimator.output.messages import impedance_fields
 from vsa_joint.node import JointNode, side_of
 
-LOOK_NS = 5_000_000  # how often one side's silence is looked for while the other speaks
-FOLLOWS_NS = 10_000_000  # within which the other side's frame of the same sample comes
-WAIT_S = 1e-3  # for a frame, before everything else gets its turn; its turn comes as often where frames never end
-OWED = 10  # turns of everything else at most, after a turn of frames that took long
-FRAMES = 4  # taken at most from one bus, before the others and everything else, which would be due all at once
-SWITCH_S = 1e-4  # of Python's threads, where an interface needs one
+SILENCE_CHECK_NS = 5_000_000  # [ns] between two checks of both sides for a timeout, in stamps of the samples
+SIDE_DELAY_NS = 10_000_000  # [ns] allowed between the frames of the two sides of one sample
+WAIT_S = 1e-3  # [s] a turn waits for a frame; callbacks of the executor get a turn as often under a continuous load
+MAX_CALLBACKS = 10  # callbacks after one turn at most, so that a long turn does not delay the next frames further
+MAX_FRAMES = 4  # frames read from one bus per turn, so that a burst on it does not delay other buses and timers
+THREAD_SWITCH_S = 1e-4  # [s] Python's thread switch interval, for bus interfaces that need a thread
 
 
 class DirectJoint(JointNode):
-    """Is handed the estimates of both sides."""
+    """Joint node that gets the estimates of both sides by calls of `take`, without subscriptions."""
 
     def listen(self) -> list[Subscription]:
         return []
 
 
 class DirectEstimator(EstimatorNode):
-    """Is handed samples, and hands its estimates to `joint` before it publishes them."""
+    """Estimator node that gets samples by calls of `process` and passes estimates to `joint` before publishing."""
 
     def __init__(self, namespace: str, side: int, joint: JointNode) -> None:
         name, transmission = f"estimator_{side + 1}", f"transmission_{side + 1}"
@@ -55,13 +55,13 @@ class DirectEstimator(EstimatorNode):
             raise ConfigurationError(f"{name}: transmission = {self.config.transmission!r}: must be {transmission}")
         self._side = side
         self._joint = joint
-        self._untold: Estimate | None = None  # the one that a state is due of
+        self._state_pending: Estimate | None = None  # the estimate whose state is to be published
 
     def create_inputs(self) -> list[Subscription]:
         return []
 
     def create_watchdogs(self) -> list[Timer]:
-        return []  # the driver, who hears of silence, tells
+        return []  # the driver calls `predict_silence`
 
     def process(self, stamp_ns: int, force: float, deflection: float) -> None:
         with self.lock:
@@ -71,16 +71,16 @@ class DirectEstimator(EstimatorNode):
                 super().process(stamp_ns, force, deflection)
 
     def on_published(self) -> None:
-        """The other side's sample comes first."""
+        """Pending work waits for the other side's sample."""
 
     def on_state_due(self, estimate: Estimate) -> None:
-        self._untold = estimate
+        self._state_pending = estimate
 
     def finish_pending(self) -> bool:
         with self.lock:
             if super().finish_pending():
                 return True
-            estimate, self._untold = self._untold, None
+            estimate, self._state_pending = self._state_pending, None
             if estimate is not None and self.active:
                 self.publish_state(estimate)
             return estimate is not None
@@ -91,100 +91,101 @@ class DirectEstimator(EstimatorNode):
 
 
 class DirectDriver(DriverNode):
-    """Hands each sample to the estimator of its transmission before it publishes it, and tells of silence.
+    """Driver node that passes each sample to its estimator before it publishes it, and requests predictions in silence.
 
-    All from the thread that reads the bus: what has come is taken before anything is called silent.
+    All of it in the thread that reads the bus, so that every received frame is processed before a timeout is declared.
     """
 
-    estimators: Mapping[str, EstimatorNode]
+    def __init__(self, namespace: str, joint: JointNode, single_threaded: bool) -> None:
+        super().__init__(namespace=namespace, single_threaded=single_threaded)
+        sides = [int(name[-1]) - 1 for name in self.config.transmissions]
+        estimators = [DirectEstimator(namespace, side, joint) for side in sides]
+        self.estimators: Mapping[str, EstimatorNode] = {one.config.transmission: one for one in estimators}
 
     def start(self) -> None:
-        self._looked_ns = 0
-        self.on_quiet = self._on_quiet
+        self._checked_ns = 0
+        self.on_idle = self._on_idle
         super().start()
 
     def on_sample(self, sample: Measurement) -> None:
         self.estimators[sample.transmission].process(sample.stamp_ns, sample.force, sample.deflection)
         super().on_sample(sample)
-        if not 0 <= sample.stamp_ns - self._looked_ns < LOOK_NS:
-            self._looked_ns = sample.stamp_ns
-            for estimator in self.estimators.values():  # by the stamps: others may still be waiting to be read
-                estimator.predict_silence(sample.stamp_ns - FOLLOWS_NS - estimator.stamp_ns)
+        if not 0 <= sample.stamp_ns - self._checked_ns < SILENCE_CHECK_NS:
+            self._checked_ns = sample.stamp_ns
+            for estimator in self.estimators.values():  # by stamps: frames of the other side may be unread
+                estimator.predict_silence(sample.stamp_ns - SIDE_DELAY_NS - estimator.stamp_ns)
 
-    def _on_quiet(self, until_ns: int) -> None:
-        """Nothing has come: time for one thing that was left to do, and no more, as the next sample may come."""
+    def _on_idle(self, until_ns: int) -> None:
+        """Without a frame until `until_ns`: one step of pending work, so that the next sample is not delayed."""
         if not any(estimator.finish_pending() for estimator in self.estimators.values()):
             for estimator in self.estimators.values():
                 estimator.predict_silence(until_ns - estimator.arrival_ns)
 
 
-def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:
-    """The nodes of one joint, in the order in which they start; with `polled` for `Turns` to read the bus."""
-    driver, joint = DirectDriver(namespace=namespace), DirectJoint(namespace=namespace)
-    sides = [int(name[-1]) - 1 for name in driver.config.transmissions]
-    estimators = [DirectEstimator(namespace, side, joint) for side in sides]
-    driver.estimators = {estimator.config.transmission: estimator for estimator in estimators}
-    driver.polled = polled
-    return [joint, *estimators, driver]
+def nodes(namespace: str, single_threaded: bool = False) -> list[SuiteNode[Any]]:
+    """The nodes of one joint, in the order of their start; with `single_threaded` `BusSpinner` reads the bus."""
+    joint = DirectJoint(namespace=namespace)
+    driver = DirectDriver(namespace, joint, single_threaded)
+    return [joint, *driver.estimators.values(), driver]
 
 
-class Turns:
-    """Reads the buses, and lets timers and services have their turn in between: no thread waits for another.
+class BusSpinner:
+    """Turns of one thread that reads the buses and, in between, serves timers and services.
 
-    While it is busy it rests for `rest_s` [s] whenever nothing is left to read.
+    While the thread is busy it pauses for `pause_s` [s] whenever no frame is left to read.
     """
 
-    def __init__(self, rest_s: float = 0.0) -> None:
-        self._spun = 0.0
-        self._rest = Coalescer(rest_s)
+    def __init__(self, pause_s: float = 0.0) -> None:
+        self._served = 0.0  # instant of the last turn of the executor [s]
+        self._coalescer = Coalescer(pause_s)
 
     def __call__(self, executor: Executor, nodes: Sequence[SuiteNode[Any]], wait_s: float) -> None:
-        """One turn: what has come of frames, a few at most, then everything else, one thing for each WAIT_S."""
+        """One turn: at most MAX_FRAMES of each bus, then one callback of the executor per elapsed WAIT_S."""
         drivers = (node for node in nodes if isinstance(node, DirectDriver) and node.active)
-        links = [driver.link for driver in drivers if driver.link.polled]
+        links = [driver.link for driver in drivers if driver.link.single_threaded]
         waited_for = [link.fileno() for link in links if link.fileno() >= 0]
-        rest = self._rest.due()
-        ready = select(waited_for, [], [], 0.0 if rest > 0.0 else min(wait_s, WAIT_S))[0]
+        pause = self._coalescer.pause()
+        ready = select(waited_for, [], [], 0.0 if pause > 0.0 else min(wait_s, WAIT_S))[0]
         for link in links:
-            for _ in range(FRAMES):
+            for _ in range(MAX_FRAMES):
                 if not link.step(0.0):
                     break
         now = time.monotonic()
-        owed = min(int((now - self._spun) / WAIT_S), OWED)  # one does one thing: a busy turn must not let them pile up
-        if not ready or owed:
-            self._spun = now
-            for _ in range(max(owed, 1)):
+        due = min(int((now - self._served) / WAIT_S), MAX_CALLBACKS)  # `spin_once` serves a single callback
+        if not ready or due:
+            self._served = now
+            for _ in range(max(due, 1)):
                 executor.spin_once(timeout_sec=0.0)
-        if rest > 0.0 and not ready:
-            time.sleep(rest)
+        if pause > 0.0 and not ready:
+            time.sleep(pause)
 
 
-def each(spaces: Sequence[str]) -> int:
-    """A process for each joint: Python runs one thread at a time, and joints share nothing. The worst exit code."""
+def run_each(namespaces: Sequence[str]) -> int:
+    """Run one process for each joint, as Python runs one thread at a time; the largest absolute exit code."""
     processes: list[subprocess.Popen[bytes]] = []
 
-    def pass_on(number: int, _: object) -> None:
+    def forward(number: int, _: object) -> None:
         for process in processes:
             process.send_signal(number)
 
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, pass_on)
-    command, us = [sys.executable, "-m", "vsa_bringup.composed", *sys.argv[1:]], os.getpid()
-    for space in spaces:
-        own = [*command, "-r", f"__ns:=/{space}"]
-        processes.append(subprocess.Popen(own, preexec_fn=partial(end_with, us)))
+        signal.signal(number, forward)
+    command, parent = [sys.executable, "-m", "vsa_bringup.composed", *sys.argv[1:]], os.getpid()
+    for namespace in namespaces:
+        own = [*command, "-r", f"__ns:=/{namespace}"]
+        processes.append(subprocess.Popen(own, preexec_fn=partial(end_with, parent)))
     return max(abs(process.wait()) for process in processes)
 
 
 def main() -> int:
     """Entry point."""
-    sys.setswitchinterval(SWITCH_S)
+    sys.setswitchinterval(THREAD_SWITCH_S)
     try:
         found = joints(sys.argv)
     except ConfigurationError as error:
         print(f"composed: {error}", file=sys.stderr)
         return 1
-    return each(found) if len(found) > 1 else run(lambda: nodes(found[0], polled=True), turn=Turns)
+    return run_each(found) if len(found) > 1 else run(lambda: nodes(found[0], single_threaded=True), turn=BusSpinner)
 
 
 if __name__ == "__main__":

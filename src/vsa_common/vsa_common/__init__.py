@@ -1,1 +1,4 @@
-"""What every node of the suite shares."""
+"""What several packages share: types, stamps, figures, terminal output, compilation. Input and output: see each module.
+
+Permitted imports: matplotlib, numba, numpy, rich
+"""

@@ -1,4 +1,4 @@
-"""The one door to numba: one source, compiled where numba is there, plain Python and numpy where it is not."""
+"""Compilation by numba where it is installed; the same functions in plain Python where it is not."""
 
 import os
 from collections.abc import Callable
@@ -17,20 +17,20 @@ except ImportError:
     ACCELERATED = False
 
     def compiled(function: Function) -> Function:
-        """`function` unchanged: numba is absent."""
+        """`function` itself: numba is absent."""
         return function
 
 else:
     ACCELERATED = True
 
     def compiled(function: Function) -> Function:
-        """`function` compiled at its first call; the machine code is kept on disk for the next process."""
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = before or _cache_folder(_package(Path(function.__code__.co_filename).resolve().parent))
+        """`function`, compiled at its first call; the machine code is cached on disk."""
+        former = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = former or _cache_folder(_package(Path(function.__code__.co_filename).resolve().parent))
         try:
             accelerated: Function = numba.njit(cache=True, error_model="numpy")(function)
         finally:
-            numba.config.CACHE_DIR = before
+            numba.config.CACHE_DIR = former
         return accelerated
 
 
@@ -43,7 +43,7 @@ def _package(folder: Path) -> Path:
 
 @lru_cache
 def _cache_folder(sources: Path) -> str:
-    # numba looks at the caller's own file only: machine code must not outlive a change anywhere in its package
+    # numba's index depends on the function's own file; the hash makes the cache depend on every file of the package
     digest = sha256(b"".join(path.read_bytes() for path in sorted(sources.rglob("*.py")))).hexdigest()[:16]
     base = sources / "__pycache__" if os.access(sources, os.W_OK) else Path.home() / ".cache" / "vsa"
     return str(base / f"numba-{digest}")

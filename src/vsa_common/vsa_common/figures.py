@@ -1,4 +1,4 @@
-"""Figures in the suite's one style, drawn without a screen: the only door to matplotlib.
+"""Figures in the style of the suite, drawn by matplotlib without a display.
 
 >>> figure, (top, bottom) = panels(2, share_x=True)
 >>> line = top.plot([0.0, 1.0], [2.0, 3.0], color=SIDE_1)
@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Okabe and Ito's palette, which the colour-blind can tell apart.
+# Okabe and Ito's palette: distinguishable with colour vision deficiency.
 SIDE_1 = "#0072b2"
 SIDE_2 = "#d55e00"
 JOINT = "#00856a"
@@ -26,7 +26,7 @@ WARNING = "#cc79a7"
 SIDES = (SIDE_1, SIDE_2)
 
 BAND_ALPHA = 0.22
-WIDTH = 8.0  # inches, as matplotlib wants them
+WIDTH = 8.0  # [inch]
 
 STYLE = {
     "font.family": "sans-serif",
@@ -44,8 +44,8 @@ STYLE = {
     "legend.frameon": False,
     "legend.fontsize": 8.0,
     "savefig.dpi": 130,
-    "svg.fonttype": "none",  # text stays text: small, searchable, in the page's font
-    "svg.hashsalt": "vsa",  # same figure, same file
+    "svg.fonttype": "none",  # text as text, not as paths: small, searchable, in the page's font
+    "svg.hashsalt": "vsa",  # reproducible files
     "path.simplify_threshold": 0.3,
 }
 matplotlib.rcParams.update(STYLE)
@@ -60,7 +60,7 @@ def panels(
     share_x: bool = False,
     title: str = "",
 ) -> tuple[Figure, Any]:
-    """A figure and its axes: one, a row of them, or rows of them as numpy does it; sizes in inches."""
+    """A figure and its axes: one, an array of them, or a matrix, as `Figure.subplots` returns them; sizes in inches."""
     figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=share_x)
     if title:
@@ -69,11 +69,11 @@ def panels(
 
 
 def stack(rows: int, *, height: float, duration: float, width: float = WIDTH) -> tuple[Figure, list[Axes]]:
-    """Panels above each other over a time axis of `duration` [s], `height` inches each; laid out by rule: quick."""
+    """Panels above each other over a time axis of `duration` [s], `height` inches each; fixed margins."""
     tall = rows * height + 0.8
     figure = Figure(figsize=(width, tall))
-    places = {"left": 0.85 / width, "right": 1.0 - 0.15 / width, "bottom": 0.45 / tall, "top": 1.0 - 0.4 / tall}
-    axes = list(figure.subplots(rows, sharex=True, squeeze=False, gridspec_kw={**places, "hspace": 0.14})[:, 0])
+    margins = {"left": 0.85 / width, "right": 1.0 - 0.15 / width, "bottom": 0.45 / tall, "top": 1.0 - 0.4 / tall}
+    axes = list(figure.subplots(rows, sharex=True, squeeze=False, gridspec_kw={**margins, "hspace": 0.14})[:, 0])
     for one in axes:
         one.yaxis.set_label_coords(-0.65 / (width - 1.0), 0.5)
     axes[-1].set(xlabel="time [s]", xlim=(0.0, duration or 1.0))
@@ -81,7 +81,7 @@ def stack(rows: int, *, height: float, duration: float, width: float = WIDTH) ->
 
 
 def set_title(figure: Figure, title: str) -> None:
-    """Head the whole figure."""
+    """Title of the figure."""
     above = {} if figure.get_layout_engine() else {"y": 1.0 - 0.08 / figure.get_figheight(), "va": "top"}
     figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11, **above)
 
@@ -92,7 +92,7 @@ def band(axes: Axes, x: Any, low: Any, high: Any, color: str) -> None:
 
 
 def limits(axes: Axes, *series: Any, margin: float = 0.08, tail: float = 0.005) -> None:
-    """Fit the y axis to `series`, but for a `tail` of extremes that would hide everything else."""
+    """Fit the y axis to `series` without the fraction `tail` of extremes at each end; NaN is skipped."""
     values = np.concatenate([np.ravel(np.asarray(one, dtype=float)) for one in series])
     values = values[np.isfinite(values)]
     if len(values):
@@ -102,7 +102,7 @@ def limits(axes: Axes, *series: Any, margin: float = 0.08, tail: float = 0.005) 
 
 
 def text_page(title: str, lines: Sequence[str], tables: Sequence[tuple[str, Sequence[Sequence[str]]]]) -> Figure:
-    """A page for a PDF: a heading, lines of text, and tables whose first row names the columns."""
+    """A page of a PDF: title, lines of text, and tables (heading, rows); a table's first row has the column names."""
     height = 1.2 + 0.2 * len(lines) + sum(0.6 + 0.17 * len(rows) for _, rows in tables)
     figure = Figure(figsize=(WIDTH, height))
     y = 1.0 - 0.4 / height
@@ -118,15 +118,15 @@ def text_page(title: str, lines: Sequence[str], tables: Sequence[tuple[str, Sequ
 
 
 def lay_out(figure: Figure) -> None:
-    """Make room for every label, once for all files that the figure is written to."""
+    """Run the layout engine once, for all files that the figure is written to."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
-        figure.set_layout_engine(None)  # "none" would leave one that has every file drawn twice
+        figure.set_layout_engine(None)  # the string "none" leaves a placeholder engine that draws each file twice
 
 
 def _table(figure: Figure, rows: Sequence[Sequence[str]], y: float, step: float) -> float:
-    """Columns as wide as their longest cell; returns where the table ends."""
+    """Draw a table from `y` downwards, each column as wide as its longest cell; returns the y of its end."""
     widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(rows[0]))]
     scale = min(0.94 / sum(widths), 0.012)
     for n, row in enumerate(rows):
@@ -138,15 +138,15 @@ def _table(figure: Figure, rows: Sequence[Sequence[str]], y: float, step: float)
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write the figure in the format that the suffix names (png, svg, pdf); makes the folder."""
+    """Write the figure in the format of the suffix (png, svg, pdf); creates the folder."""
     lay_out(figure)
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, metadata={"Date": None} if Path(path).suffix == ".svg" else None)
 
 
 def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
-    """Write one PDF with a figure a page; makes the folder."""
-    from matplotlib.backends.backend_pdf import PdfPages  # half a second, which only those pay who want a PDF
+    """Write one PDF with one figure on each page; creates the folder."""
+    from matplotlib.backends.backend_pdf import PdfPages  # takes half a second, which other formats do not need
 
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     with PdfPages(path) as pages:
@@ -156,7 +156,7 @@ def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
 
 
 def inline_svg(figure: Figure, name: str) -> str:
-    """The figure as an <svg> element for an HTML page; `name` keeps its ids apart from those of other figures."""
+    """The figure as an <svg> element for an HTML page; `name` makes its ids unique in the page."""
     lay_out(figure)
     buffer = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": name}):

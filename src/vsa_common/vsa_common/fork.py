@@ -1,6 +1,6 @@
-"""Works at once: each in a copy of this process, which has all that this one has and need not be sent it.
+"""Parallel tasks in forked processes, which inherit the memory of this one; only results are transferred.
 
-All but its threads: a work must not touch polars, whose own would be waited for without end.
+Threads are not inherited: a task must not use polars, whose thread pool would block without end.
 """
 
 import multiprocessing
@@ -9,24 +9,27 @@ from multiprocessing.connection import Connection, wait
 from typing import Generic, TypeVar
 
 Result = TypeVar("Result")
-ReportProgress = Callable[[float], None]  # so many steps are done
+ReportProgress = Callable[[float], None]  # argument: number of steps done
 
 
 class ForkedTasks(Generic[Result]):
-    """Works under way. Each is given a function to tell its steps with; what it returns must be picklable."""
+    """Tasks in progress. Each gets a function to report its steps with; its result must be picklable."""
 
-    def __init__(self, *works: Callable[[ReportProgress], Result]) -> None:
-        """Start them."""
+    def __init__(self, *tasks: Callable[[ReportProgress], Result]) -> None:
+        """Start the tasks."""
         fork = multiprocessing.get_context("fork")
         self._readers: list[Connection] = []
-        for work in works:
+        for task in tasks:
             reader, writer = fork.Pipe(duplex=False)
-            fork.Process(target=_run, args=(work, writer), daemon=True).start()
+            fork.Process(target=_run, args=(task, writer), daemon=True).start()
             writer.close()
             self._readers.append(reader)
 
-    def results(self, tell: ReportProgress = lambda steps: None) -> Sequence[Result]:
-        """What each returned, in order; steps go to `tell`. Raises what a work raised, OSError for one that died."""
+    def results(self, report: ReportProgress = lambda steps: None) -> Sequence[Result]:
+        """Results in the order of the tasks; steps are passed to `report`.
+
+        Raises the exception of a task that failed, OSError for a process that ended without a result.
+        """
         found: dict[Connection, Result] = {}
         while waiting := [reader for reader in self._readers if reader not in found]:
             for reader in wait(waiting):
@@ -34,18 +37,18 @@ class ForkedTasks(Generic[Result]):
                 try:
                     kind, value = reader.recv()
                 except EOFError:
-                    raise OSError("a copy of this process ended without a word") from None
+                    raise OSError("a forked process ended without a result") from None
                 if kind == "failed":
                     raise value
                 if kind == "done":
                     found[reader] = value
                 else:
-                    tell(value)
+                    report(value)
         return [found[reader] for reader in self._readers]
 
 
-def _run(work: Callable[[ReportProgress], Result], writer: Connection) -> None:
+def _run(task: Callable[[ReportProgress], Result], writer: Connection) -> None:
     try:
-        writer.send(("done", work(lambda steps: writer.send(("steps", steps)))))
-    except Exception as error:  # whatever it is, it is for the process that waits
+        writer.send(("done", task(lambda steps: writer.send(("steps", steps)))))
+    except Exception as error:  # raised again by `results` in the parent
         writer.send(("failed", error))

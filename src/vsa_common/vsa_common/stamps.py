@@ -6,7 +6,7 @@ NANOSECONDS = 1_000_000_000
 
 
 class StampMessage(Protocol):
-    """What builtin_interfaces/Time offers."""
+    """Fields of builtin_interfaces/Time."""
 
     sec: int
     nanosec: int

@@ -1,4 +1,4 @@
-"""What the tools show on a terminal: the one door to rich."""
+"""Tables and progress bars on a terminal, drawn by rich."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -12,22 +12,22 @@ PIPE_WIDTH = 200  # columns where the output is a file or a pipe
 
 
 class Bar:
-    """A progress bar; does nothing where nobody looks."""
+    """A progress bar; no output where stderr is not a terminal."""
 
     def __init__(self, progress: Progress, total: float | None, text: str) -> None:
         self._progress = progress
         self._task = progress.add_task(text, total=total)
 
     def advance(self, steps: float = 1.0, text: str | None = None) -> None:
-        """So much more is done; `text` says what is next."""
+        """Advance by `steps`; `text` replaces the description."""
         self._progress.update(self._task, advance=steps, description=text)
 
 
 @contextmanager
 def progress(total: float | None, text: str, count: bool = False) -> Iterator[Bar]:
-    """A bar on stderr while the block runs, silent when stderr is no terminal; `count` shows steps, not percent.
+    """A bar on stderr while the block runs, no output when stderr is not a terminal; `count`: steps instead of percent.
 
-    A `total` of None is an end that nobody knows.
+    `total` None: the number of steps is not defined.
     """
     columns = (MofNCompleteColumn() if count else TaskProgressColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
@@ -45,7 +45,7 @@ def progress(total: float | None, text: str, count: bool = False) -> Iterator[Ba
 def show_table(
     title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], note: str = "", texts: int = 1
 ) -> None:
-    """A table on stdout; the first `texts` columns are text, the others are numbers."""
+    """Print a table to stdout; the first `texts` columns are text, the others are numbers."""
     table = Table(title=title, title_justify="left", caption=note or None, caption_justify="left")
     for i, column in enumerate(columns):
         table.add_column(column, justify="left" if i < texts else "right", no_wrap=i < texts)

@@ -1,1 +1,4 @@
-"""CAN bus to force and encoder topics, motor commands to CAN."""
+"""Driver of the rig. Input: CAN frames, motor commands. Output: samples of all sensors in SI, command frames.
+
+Permitted imports: vsa_common, vsa_msgs, rclpy, geometry_msgs, sensor_msgs, std_msgs, std_srvs
+"""

@@ -1,4 +1,4 @@
-"""Node: CAN frames in, force and encoder of each transmission out; motor commands back to the bus."""
+"""Node: CAN frames to force and encoder of each transmission; motor commands to the bus."""
 
 import gc
 import sys
@@ -24,22 +24,24 @@ from vsa_driver.can.link import BusLink
 from vsa_driver.motors.motor import CommandRefused, MotorGate, MotorLimits
 from vsa_driver.settings import DriverSettings
 from vsa_driver.topics import RigTopics, TransmissionTopics
+from vsa_driver.tuning import LOG_PERIOD_S, THREAD_SWITCH_S
 
-LOG_EVERY_S = 5.0
-COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)  # the newest counts; hears reliable ones too
-SWITCH_S = 0.0005  # Python's default of 5 ms would let a callback hold up a sample for so long
+# The newest command only; best effort matches reliable publishers too.
+COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+_NO_FAULT = (".samples", "unmapped_frames")  # counters whose increase is no fault
 
 
 class DriverNode(SuiteNode[DriverSettings]):
-    """Publish what the bus says of the rig, and let commands through to the motors once armed.
+    """Publish the samples of the rig, and pass commands to the motors once armed.
 
-    One thread reads the bus and publishes; everything else happens in the executor's.
+    One thread reads the bus and publishes; all other work is in the executor's thread. With `single_threaded` the
+    caller reads the bus by `link.step`.
     """
 
-    def __init__(self, name: str = "driver", namespace: str = "vsa") -> None:
+    def __init__(self, name: str = "driver", namespace: str = "vsa", single_threaded: bool = False) -> None:
         super().__init__(name, DriverSettings, namespace)
-        self.polled = False  # who reads the bus in steps, by `link`, sets it
-        self.on_quiet: Callable[[int], None] | None = None  # and who wants to know of silence there, this
+        self.on_idle: Callable[[int], None] | None = None  # callback of `BusLink`; a subclass sets it before `start`
+        self._single_threaded = single_threaded
 
     def start(self) -> None:
         config, motors = self.config, self.config.motors
@@ -47,17 +49,17 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._motors = motors.names
         limits = MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
         self._gate = MotorGate(limits, len(self._motors))
-        self._stamping = CaptureClock()
-        self._heard_ns = dict.fromkeys(self._router.transmissions, 0)
+        self._capture_clock = CaptureClock()
+        self._last_seen_ns = dict.fromkeys(self._router.transmissions, 0)
         self._holding = False
-        self._slowest_ns = 0
-        self._recent = CounterDelta()
+        self._max_delay_ns = 0
+        self._increases = CounterDelta()
         self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
         self._rig = RigTopics(self, self._motors)
-        rest = self.common.realtime.rest
-        self.link = BusLink(config.bus, self._on_frame, self._on_down, on_quiet=self.on_quiet, rest=rest)
+        pause_s = self.common.realtime.rest
+        self.link = BusLink(config.bus, self._on_frame, self._on_down, on_idle=self.on_idle, coalescing_s=pause_s)
         try:
-            self.link.open(self.polled)
+            self.link.open(self._single_threaded)
         except BusError:
             self._destroy_publishers()
             raise
@@ -70,7 +72,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             self.create_timer(1.0 / config.counters_rate, self._flush, clock=self.steady),
             self.create_timer(1.0 / motors.command_rate, self._send_command, clock=self.steady),
         ]
-        gc.freeze()  # what exists by now lives long; collecting it again and again would hold samples up
+        gc.freeze()  # objects that exist now are permanent; collecting them would delay samples
 
     def stop(self) -> None:
         self._gate.disarm("stopped")
@@ -93,67 +95,64 @@ class DriverNode(SuiteNode[DriverSettings]):
             "bus_reopened": self.link.reopened,
             "motors": self._gate.state,
             "motors_reason": self._gate.reason,
-            "motors_slowed": self._gate.slowed,
+            "motors_rate_limited": self._gate.rate_limited,
             "command_timeouts": self._gate.timeouts,
             "device_watchdog": "holding" if self._holding else "fed",
-            "publish_delay_max_ms": round(self._slowest_ns / 1e6, 2),
-            **{f"{name}.tare_n": part.tare.offset for name, part in self._router.transmissions.items()},
+            "publish_delay_max_ms": round(self._max_delay_ns / 1e6, 2),
+            **{f"{name}.tare_n": channel.tare.offset for name, channel in self._router.transmissions.items()},
             **counts,
         }
-        self._slowest_ns = 0
-        failures = {"bus_failures": self.link.failures}
-        fine = (".samples", "foreign")  # frames of others on the bus are no trouble
-        troubles = {name: count for name, count in (counts | failures).items() if not name.endswith(fine)}
-        trouble = self._recent.increases(troubles, time.monotonic())
+        self._max_delay_ns = 0
+        fault_counts = {name: count for name, count in counts.items() if not name.endswith(_NO_FAULT)}
+        faults = self._increases.increases(fault_counts | {"bus_failures": self.link.failures}, time.monotonic())
         if not self.link.up:
-            return ERROR, f"bus down: {self.link.reason or 'nobody reads it'}", values
-        silent = self._silent()
-        if silent:
-            failed = f"{self.link.last_reason}, then " if "bus_failures" in trouble else ""
-            besides = f"; {format_increases(trouble)}" if trouble else ""
+            return ERROR, f"bus down: {self.link.reason or 'its thread has ended'}", values
+        timed_out = self._timed_out()
+        if timed_out:
+            failed = f"{self.link.last_reason}, then " if "bus_failures" in faults else ""
+            others = f"; {format_increases(faults)}" if faults else ""
             values |= {f"readers {topic.topic_name}": topic.get_subscription_count() for topic in self.publishers}
-            return ERROR, f"{failed}no samples of {' and '.join(silent)}{besides}", values
-        if trouble:
-            self.get_logger().warning(format_increases(trouble), throttle_duration_sec=LOG_EVERY_S)
-            return WARN, format_increases(trouble), values
+            return ERROR, f"{failed}no samples of {' and '.join(timed_out)}{others}", values
+        if faults:
+            self.get_logger().warning(format_increases(faults), throttle_duration_sec=LOG_PERIOD_S)
+            return WARN, format_increases(faults), values
         return OK, "active", values
 
     # In the thread that reads the bus.
 
     def _on_frame(self, frame: Frame) -> None:
         now_ns, steady_ns = time.time_ns(), time.monotonic_ns()
-        stamp_ns = self._stamping.epoch(frame.timestamp, now_ns, steady_ns)
+        stamp_ns = self._capture_clock.to_epoch(frame.timestamp, now_ns, steady_ns)
         for sample in self._router.add(frame, stamp_ns):
             if isinstance(sample, Measurement):
-                self._heard_ns[sample.transmission] = steady_ns
-                self._slowest_ns = max(self._slowest_ns, now_ns - stamp_ns)
+                self._last_seen_ns[sample.transmission] = steady_ns
+                self._max_delay_ns = max(self._max_delay_ns, now_ns - stamp_ns)
                 self.on_sample(sample)
             elif isinstance(sample, JointSample):
                 self._rig.publish_joint(sample)
             elif isinstance(sample, MotorSample):
-                self._gate.measured(sample.positions, steady_ns * 1e-9)
+                self._gate.update_position(sample.positions, steady_ns * 1e-9)
                 self._holding = sample.holding
                 self._rig.publish_motors(sample)
 
     def on_sample(self, sample: Measurement) -> None:
-        """Publish one sample of a transmission; whoever needs it sooner overrides this."""
+        """Publish one sample of a transmission; a subclass may process it first."""
         self._topics[sample.transmission].publish(sample)
 
     def _on_down(self, reason: str) -> None:
         self._gate.disarm("the bus failed")
-        self.get_logger().error(f"bus down: {reason}; motors disarmed", throttle_duration_sec=LOG_EVERY_S)
+        self.get_logger().error(f"bus down: {reason}; motors disarmed", throttle_duration_sec=LOG_PERIOD_S)
 
     # In the executor's thread.
 
     def _on_command(self, message: JointState) -> None:
         try:
-            named = dict(zip(message.name, message.position, strict=True))
+            named = dict(zip(message.name, message.position, strict=False))
+            if len(message.name) != len(message.position) or not named.keys() >= set(self._motors):
+                self._gate.refuse(f"a position for each of {', '.join(self._motors)} was expected")
             self._gate.command([named[name] for name in self._motors], time.monotonic())
-        except (KeyError, ValueError) as error:
-            if not isinstance(error, CommandRefused):
-                self._gate.refused += 1
-                error = CommandRefused(f"a position for each of {', '.join(self._motors)} was expected")
-            self.get_logger().warning(f"motor command refused: {error}", throttle_duration_sec=LOG_EVERY_S)
+        except CommandRefused as error:
+            self.get_logger().warning(f"motor command refused: {error}", throttle_duration_sec=LOG_PERIOD_S)
 
     def _send_command(self) -> None:
         positions = self._gate.step(time.monotonic())
@@ -165,7 +164,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             self.link.send(message.id, commands.encode(positions), message.extended, message.fd)
         except (BusError, FrameError) as error:
             self._gate.disarm(str(error))
-            self.get_logger().error(f"command not sent, motors disarmed: {error}", throttle_duration_sec=LOG_EVERY_S)
+            self.get_logger().error(f"command not sent, motors disarmed: {error}", throttle_duration_sec=LOG_PERIOD_S)
 
     def _on_arm(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         try:
@@ -181,13 +180,13 @@ class DriverNode(SuiteNode[DriverSettings]):
         return response
 
     def _on_tare(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        silent = self._silent()
-        if silent:
-            response.message = f"no samples of {' and '.join(silent)}"
+        timed_out = self._timed_out()
+        if timed_out:
+            response.message = f"no samples of {' and '.join(timed_out)}"
             return response
         try:
-            parts = self._router.transmissions.items()
-            response.message = ", ".join(f"{name} {part.tare.take():+.4f} N" for name, part in parts)
+            channels = self._router.transmissions.items()
+            response.message = ", ".join(f"{name} {channel.tare.take():+.4f} N" for name, channel in channels)
             response.success = True
         except TareError as error:
             response.message = str(error)
@@ -197,9 +196,9 @@ class DriverNode(SuiteNode[DriverSettings]):
         for topics in self._topics.values():
             topics.flush()
 
-    def _silent(self) -> list[str]:
+    def _timed_out(self) -> list[str]:
         oldest_ns = time.monotonic_ns() - int(self.config.silence * 1e9)
-        return [name for name, heard_ns in self._heard_ns.items() if heard_ns < oldest_ns]
+        return [name for name, seen_ns in self._last_seen_ns.items() if seen_ns < oldest_ns]
 
     def _destroy_publishers(self) -> None:
         for publisher in [*self._rig.publishers, *(p for topics in self._topics.values() for p in topics.publishers)]:
@@ -208,7 +207,7 @@ class DriverNode(SuiteNode[DriverSettings]):
 
 def main() -> int:
     """Entry point."""
-    sys.setswitchinterval(SWITCH_S)
+    sys.setswitchinterval(THREAD_SWITCH_S)
     return run(lambda: [DriverNode(namespace=joint) for joint in joints(sys.argv)])
 
 

@@ -1,4 +1,4 @@
-"""Parameters of the driver: which bus, what its frames mean, calibration, motor limits."""
+"""Parameters of the driver: bus, mapping of signals, calibration, motor limits."""
 
 from dataclasses import dataclass
 
@@ -41,7 +41,7 @@ class TransmissionSettings:
 
 @dataclass(frozen=True)
 class SecondTransmissionSettings(TransmissionSettings):
-    """As TransmissionSettings, with the signals of the other one."""
+    """As TransmissionSettings, with the signals of transmission 2."""
 
     force_signal: str = string("Transmission2.Force", _FORCE)
     encoder_signal: str = string("Transmission2.EncoderCount", _ENCODER)
@@ -61,7 +61,7 @@ class JointSettings:
 
 @dataclass(frozen=True)
 class MotorSettings:
-    """Signals of the motors and what a command may ask for."""
+    """Signals of the motors and limits of their commands."""
 
     position_signals: tuple[str, ...] = string(
         ("MotorState.Position1", "MotorState.Position2"), "message.signal of each measured position; empty: none"
@@ -93,7 +93,7 @@ class MotorSettings:
 
     @property
     def names(self) -> list[str]:
-        """Of the motors, in the order of their signals."""
+        """Names of the motors, in the order of their signals."""
         return ["motor_1", "motor_2"]
 
 

@@ -9,41 +9,41 @@ from vsa_common.ros.cdr import write_counters
 from vsa_common.ros.node import RELIABLE
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
-from vsa_driver.message_template import Prepared
+from vsa_driver.message_template import MessageTemplate
 from vsa_msgs.msg import CaptureCounters
 
-_MARKS = (1.5e-200, 2.5e-200)  # stand where a prepared message is filled
+_PLACEHOLDERS = (1.5e-200, 2.5e-200)  # values that occur nowhere else in a message
 
 
 class TransmissionTopics:
-    """Force and encoder of one transmission, with one stamp, and which frame each came from."""
+    """Force and encoder of one transmission, with one stamp, and the sequence number of each sample."""
 
     def __init__(self, node: Node, name: str) -> None:
         self._name = name
-        self._wrench = _torsor(name, force=Vector3(x=_MARKS[0]))
+        self._wrench = _wrench(name, force=Vector3(x=_PLACEHOLDERS[0]))
         self._position = _positions(name, [name])
         self._force = node.create_publisher(WrenchStamped, f"{name}/force", RELIABLE)
         self._encoder = node.create_publisher(JointState, f"{name}/encoder", RELIABLE)
-        self._captured = node.create_publisher(CaptureCounters, f"{name}/capture_counters", RELIABLE)
+        self._counters = node.create_publisher(CaptureCounters, f"{name}/capture_counters", RELIABLE)
         self._batch: list[Measurement] = []
 
     @property
     def publishers(self) -> list[Publisher]:
-        """To destroy them."""
-        return [self._force, self._encoder, self._captured]
+        """All publishers, for their destruction."""
+        return [self._force, self._encoder, self._counters]
 
     def publish(self, sample: Measurement) -> None:
-        """Send one sample now; its number goes with the next batch."""
-        self._force.publish(self._wrench.fill(sample.stamp_ns, sample.force))
-        self._encoder.publish(self._position.fill(sample.stamp_ns, sample.deflection))
+        """Publish one sample; its sequence number follows with the next batch."""
+        self._force.publish(self._wrench.render(sample.stamp_ns, sample.force))
+        self._encoder.publish(self._position.render(sample.stamp_ns, sample.deflection))
         self._batch.append(sample)
 
     def flush(self) -> None:
-        """Send the numbers collected since the last time."""
+        """Publish the sequence numbers collected since the last call."""
         batch, self._batch = self._batch, []
         if batch:
-            stamps, numbers = [sample.stamp_ns for sample in batch], [sample.number for sample in batch]
-            self._captured.publish(write_counters(self._name, stamps, numbers))
+            stamps, sequence = [sample.stamp_ns for sample in batch], [sample.sequence for sample in batch]
+            self._counters.publish(write_counters(self._name, stamps, sequence))
 
 
 class RigTopics:
@@ -51,7 +51,7 @@ class RigTopics:
 
     def __init__(self, node: Node, motors: list[str]) -> None:
         self._angle = _positions("joint", ["joint"])
-        self._torque = _torsor("joint", torque=Vector3(z=_MARKS[0]))
+        self._torque = _wrench("joint", torque=Vector3(z=_PLACEHOLDERS[0]))
         self._motor = _positions("motors", motors)
         self._angles = ThrottledPublisher(node, JointState, "joint_states")
         self._torques = node.create_publisher(WrenchStamped, "external_torque", RELIABLE)
@@ -59,25 +59,27 @@ class RigTopics:
 
     @property
     def publishers(self) -> list[Publisher]:
-        """To destroy them."""
+        """All publishers, for their destruction."""
         return [*self._angles.publishers, self._torques, self._motors]
 
     def publish_joint(self, sample: JointSample) -> None:
-        """Send what is measured of the joint; the torque is about z."""
+        """Publish the measured quantities of the joint; the torque is about z."""
         if sample.angle is not None:
-            self._angles.publish(sample.stamp_ns, self._angle.fill(sample.stamp_ns, sample.angle))
+            self._angles.publish(sample.stamp_ns, self._angle.render(sample.stamp_ns, sample.angle))
         if sample.torque is not None:
-            self._torques.publish(self._torque.fill(sample.stamp_ns, sample.torque))
+            self._torques.publish(self._torque.render(sample.stamp_ns, sample.torque))
 
     def publish_motors(self, sample: MotorSample) -> None:
-        """Send the motor positions."""
-        self._motors.publish(self._motor.fill(sample.stamp_ns, *sample.positions))
+        """Publish the motor positions."""
+        self._motors.publish(self._motor.render(sample.stamp_ns, *sample.positions))
 
 
-def _positions(frame: str, names: list[str]) -> Prepared:
-    marks = list(_MARKS[: len(names)])
-    return Prepared(JointState(header=Header(frame_id=frame), name=names, position=marks), marks)
+def _positions(frame: str, names: list[str]) -> MessageTemplate:
+    placeholders = list(_PLACEHOLDERS[: len(names)])
+    message = JointState(header=Header(frame_id=frame), name=names, position=placeholders)
+    return MessageTemplate(message, placeholders)
 
 
-def _torsor(frame: str, **part: Vector3) -> Prepared:
-    return Prepared(WrenchStamped(header=Header(frame_id=frame), wrench=Wrench(**part)), _MARKS[:1])
+def _wrench(frame: str, **component: Vector3) -> MessageTemplate:
+    message = WrenchStamped(header=Header(frame_id=frame), wrench=Wrench(**component))
+    return MessageTemplate(message, _PLACEHOLDERS[:1])

@@ -1,1 +1,4 @@
-"""A simulated variable-stiffness joint on a real CAN bus interface, in place of hardware."""
+"""Simulated rig on a CAN bus. Input: parameters, scenario, command frames. Output: sensor frames, ground truth file.
+
+Permitted imports: vsa_common, vsa_driver, vsa_msgs, std_srvs, yaml
+"""

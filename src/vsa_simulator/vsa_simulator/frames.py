@@ -1,11 +1,11 @@
-"""The frames that the simulated rig sends and takes, as config/vsa_rig.dbc has them."""
+"""Frames that the simulated rig sends and receives, by config/vsa_rig.dbc."""
 
 from vsa_driver.can.frames import FrameSet, Message
-from vsa_simulator.faults.injection import Outgoing
+from vsa_simulator.faults.injection import TxFrame
 
 
 class RigFrames:
-    """Readings to bytes, and the command's bytes to positions. Raises FrameError for a DBC without these messages."""
+    """Encodes readings and decodes commands. Raises FrameError for a DBC without these messages."""
 
     def __init__(self, frames: FrameSet) -> None:
         self._transmissions = (frames.message("Transmission1"), frames.message("Transmission2"))
@@ -32,27 +32,27 @@ class RigFrames:
         """Identifiers of the frames that the rig sends."""
         return tuple(self._counters)
 
-    def transmission(self, side: int, sample: int, force: float, count: int) -> Outgoing:
-        """Frame of transmission `side`, 0 or 1: force [N], encoder count, number of the sample."""
+    def transmission(self, side: int, sequence: int, force: float, count: int) -> TxFrame:
+        """Frame of transmission `side`, 0 or 1: force [N], encoder count, sequence number."""
         message = self._transmissions[side]
-        counter = sample % self._counters[message.id]
-        return Outgoing(message.id, message.encode({"Force": force, "EncoderCount": count, "RollingCounter": counter}))
+        counter = sequence % self._counters[message.id]
+        return TxFrame(message.id, message.encode({"Force": force, "EncoderCount": count, "RollingCounter": counter}))
 
-    def joint(self, number: int, angle: float, torque: float) -> Outgoing:
-        """Frame of the shaft: angle [rad], external torque [N m], number of this frame."""
+    def joint(self, sequence: int, angle: float, torque: float) -> TxFrame:
+        """Frame of the shaft: angle [rad], external torque [N m], sequence number of this frame."""
         message = self._joint
-        values = {"Angle": self._within(message, "Angle", angle)}
-        values["ExternalTorque"] = self._within(message, "ExternalTorque", torque)
-        return Outgoing(message.id, message.encode(values | {"RollingCounter": number % self._counters[message.id]}))
+        values = {"Angle": self._clip(message, "Angle", angle)}
+        values["ExternalTorque"] = self._clip(message, "ExternalTorque", torque)
+        return TxFrame(message.id, message.encode(values | {"RollingCounter": sequence % self._counters[message.id]}))
 
-    def motors(self, number: int, positions: tuple[float, float], holding: bool) -> Outgoing:
-        """Frame of the motors: positions [rad], whether the watchdog holds them, number of this frame."""
+    def motors(self, sequence: int, positions: tuple[float, float], holding: bool) -> TxFrame:
+        """Frame of the motors: positions [rad], whether the watchdog holds them, sequence number of this frame."""
         message = self._motors
-        values = {f"Position{i}": self._within(message, f"Position{i}", p) for i, p in enumerate(positions, 1)}
-        values |= {"WatchdogHolding": int(holding), "RollingCounter": number % self._counters[message.id]}
-        return Outgoing(message.id, message.encode(values))
+        values = {f"Position{i}": self._clip(message, f"Position{i}", p) for i, p in enumerate(positions, 1)}
+        values |= {"WatchdogHolding": int(holding), "RollingCounter": sequence % self._counters[message.id]}
+        return TxFrame(message.id, message.encode(values))
 
-    def _within(self, message: Message, name: str, value: float) -> float:
+    def _clip(self, message: Message, name: str, value: float) -> float:
         low, high = self._ranges[message.id, name]
         return min(max(value, low), high)
 

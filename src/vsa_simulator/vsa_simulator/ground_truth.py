@@ -1,4 +1,4 @@
-"""The truth of a run as a CSV file, for tools and tests, never for the estimator."""
+"""Ground truth of a run as a CSV file, for tools and tests; no estimator reads it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ _ROW = "%d" + ",%.10g" * len(TRUTH) + "\n"
 
 
 class TruthFile:
-    """Streams a row a sample, SI, columns as in `HEADER`. Raises OSError where the file cannot be written."""
+    """Writes a row for each sample, SI, columns as in `HEADER`. Raises OSError where the file cannot be written."""
 
     def __init__(self, path: str | Path) -> None:
         self._file = open(path, "w", buffering=1 << 16)  # noqa: SIM115 (closed by close)
@@ -22,7 +22,7 @@ class TruthFile:
         self._file.write(_ROW % (sample, *row))
 
     def close(self) -> None:
-        """Write out and close; closing twice is no error."""
+        """Flush and close; closing twice is no error."""
         self._file.close()
 
     def __enter__(self) -> "TruthFile":

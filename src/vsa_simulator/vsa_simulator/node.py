@@ -1,4 +1,4 @@
-"""Node: the simulated rig on a real CAN bus, beside the driver as another process would be."""
+"""Node: the simulated rig on a CAN bus, in a process of its own."""
 
 import gc
 import sys
@@ -25,7 +25,7 @@ from vsa_simulator.rig.rig import Rig
 
 @dataclass(frozen=True)
 class SimulatorConfig(RigConfig):
-    """The rig, its bus, its clock and where its truth goes."""
+    """Parameters of the rig, its bus, its clock and its ground truth."""
 
     bus: BusConfig = group(BusConfig)
     dbc: str = string("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
@@ -37,7 +37,7 @@ class SimulatorConfig(RigConfig):
 
 
 class RigSimulatorNode(SuiteNode[SimulatorConfig]):
-    """Run the rig in real time and speak CAN."""
+    """Run the rig in real time on a CAN bus."""
 
     def __init__(self) -> None:
         super().__init__("rig_simulator", SimulatorConfig)
@@ -50,7 +50,7 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
             raise ConfigurationError(f"dbc = {config.dbc!r}: {error}") from error
         events = _events(config.scenario)
         begin = time.monotonic()
-        Rig(config).advance(1)  # compiles, or loads what was compiled before
+        Rig(config).advance(1)  # compiles, or loads the compiled code
         samples = round(config.duration * config.rate_hz) if config.duration else None
         bus = open_bus(config.bus)
         try:
@@ -62,14 +62,14 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
         gc.freeze()
         self._loop = RigLoop(Rig(config), bus, frames, config.slow_frames_every, samples, truth, events, self._on_event)
         self._loop.open()
-        self._told = False
-        self._seen_overruns = self._seen_failures = 0
+        self._completion_logged = False
+        self._reported_overruns = self._reported_failures = 0
         self._own_services = [
             self.create_service(Trigger, "~/start", self._on_start),
             self.create_service(Trigger, "~/stop", self._on_stop),
             self.create_service(InjectFailure, "~/failure", self._on_failure),
         ]
-        self._timer = self.create_timer(0.1, self._tell_when_done, clock=STEADY)
+        self._timer = self.create_timer(0.1, self._log_completion, clock=STEADY)
         self.get_logger().info(f"rig ready at {config.rate_hz} Hz after {time.monotonic() - begin:.1f} s on {bus.name}")
         if config.autostart_clock:
             self._loop.start_clock()
@@ -94,8 +94,8 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
             "motors": "holding" if loop.holding else "moving",
             "failures": ", ".join(map(str, loop.faults.active)) or "none",
         }
-        late, failed = loop.overruns - self._seen_overruns, loop.send_failures - self._seen_failures
-        self._seen_overruns, self._seen_failures = loop.overruns, loop.send_failures
+        late, failed = loop.overruns - self._reported_overruns, loop.send_failures - self._reported_failures
+        self._reported_overruns, self._reported_failures = loop.overruns, loop.send_failures
         if failed:
             return WARN, f"{failed} frames not sent in the last second: {loop.reason}", values
         if loop.faults.active:
@@ -120,17 +120,17 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
         except FailureError as error:
             response.message = str(error)
             return response
-        self._loop.happen(Event(0.0, failure))
+        self._loop.inject(Event(0.0, failure))
         response.success, response.message = True, str(failure)
         return response
 
     def _on_event(self, event: Event, sample: int) -> None:
-        what = f"failure {event.failure}" if event.failure else f"push {event.push} N m"
-        self.get_logger().info(f"{what} from sample {sample}, {sample / self.config.rate_hz:.3f} s")
+        name = f"failure {event.failure}" if event.failure else f"push {event.push} N m"
+        self.get_logger().info(f"{name} from sample {sample}, {sample / self.config.rate_hz:.3f} s")
 
-    def _tell_when_done(self) -> None:
-        if self._loop.done and not self._told:
-            self._told = True
+    def _log_completion(self) -> None:
+        if self._loop.done and not self._completion_logged:
+            self._completion_logged = True
             late, failed = self._loop.overruns, self._loop.send_failures
             self.get_logger().info(f"done: {self._loop.sent} samples, {late} late, {failed} frames not sent")
 

@@ -1,16 +1,16 @@
-"""When the simulated rig's samples are due: absolute deadlines on a steady clock that is passed in."""
+"""Deadlines of the simulated rig's samples: absolute instants of a monotonic clock, which is an argument."""
 
-NANOSECONDS = 1_000_000_000
+from vsa_common.stamps import NANOSECONDS
 
 
 class Pacer:
-    """Counts the samples that are due. Late ones are caught up in bounded bursts; none is left out.
+    """Counts the samples that are due. Late ones follow in bursts of bounded size; none is omitted.
 
     >>> pacer = Pacer(rate_hz=1000, burst=4)
     >>> pacer.start(0)
-    >>> pacer.due(0), pacer.due(500_000), pacer.due(1_000_000), pacer.due(9_000_000), pacer.due(9_100_000)
-    (1, 0, 1, 4, 4)
-    >>> pacer.overruns  # samples that came after the next one was due
+    >>> [pacer.take_due(now_ns) for now_ns in (0, 500_000, 1_000_000, 9_000_000, 9_100_000)]
+    [1, 0, 1, 4, 4]
+    >>> pacer.overruns  # samples taken after the deadline of the next one
     7
     """
 
@@ -34,8 +34,8 @@ class Pacer:
         """Stop the clock."""
         self._start_ns = None
 
-    def due(self, now_ns: int) -> int:
-        """How many samples to take now, at most a burst; they count as taken."""
+    def take_due(self, now_ns: int) -> int:
+        """Take the samples that are due, at most a burst; their number."""
         if self._start_ns is None:
             return 0
         elapsed = (now_ns - self._start_ns) * self._rate_hz // NANOSECONDS + 1 - self._taken
@@ -45,7 +45,7 @@ class Pacer:
         return samples
 
     def wait(self, now_ns: int) -> float:
-        """Time until the next sample is due [s], negative where it is late."""
+        """Time until the next sample is due [s], negative after its deadline."""
         if self._start_ns is None:
             return 0.0
         deadline_ns = self._start_ns + self._taken * NANOSECONDS // self._rate_hz

@@ -12,7 +12,7 @@ from pathlib import Path
 from vsa_common.config.configuration import Parameter, parameters
 
 NODES = {
-    "every_node": "vsa_common.config.declared.Common",
+    "every_node": "vsa_common.ros.parameters.Common",
     "driver": "vsa_driver.settings.DriverSettings",
     "estimator": "vsa_estimator.settings.NodeConfig",
     "joint": "vsa_joint.settings.JointConfig",

@@ -1,4 +1,4 @@
-"""Configuration: one declaration of unit and range serves parameters, files and errors."""
+"""Configuration: one declaration of unit and range for parameters, files and error texts."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ def test_absent_values_keep_their_defaults():
     assert build(Example, {}) == Example()
 
 
-def test_dotted_names_reach_into_groups():
+def test_dotted_names_address_members_of_groups():
     assert build(Example, {"spring.k2": 300.0}).spring.k2 == 300.0
 
 
@@ -47,12 +47,12 @@ def test_flatten_is_the_inverse_of_build():
     assert build(Example, flatten(config)) == config
 
 
-def test_an_integer_serves_where_a_float_is_meant():
+def test_an_integer_is_accepted_for_a_float():
     assert build(Example, {"noise": 1}).noise == 1.0
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "said"),
+    ("name", "value", "expected"),
     [
         ("noise", -1.0, "noise = -1.0 N: must be within 1e-06 to 100.0 N"),
         ("noise", float("nan"), "noise = nan N: must be within"),
@@ -67,10 +67,10 @@ def test_an_integer_serves_where_a_float_is_meant():
         ("nois", 1.0, "nois: no such parameter; did you mean noise?"),
     ],
 )
-def test_a_bad_value_is_refused_with_name_value_and_unit(name, value, said):
-    with pytest.raises(ConfigurationError) as refusal:
+def test_a_bad_value_is_rejected_with_name_value_and_unit(name, value, expected):
+    with pytest.raises(ConfigurationError) as rejected:
         build(Example, {name: value})
-    assert said in str(refusal.value)
+    assert expected in str(rejected.value)
 
 
 @pytest.mark.parametrize("key", ["estimator_1", "/vsa/estimator_1", "/**/estimator_1", "/**"])
@@ -88,16 +88,16 @@ def test_a_parameter_file_is_found_by_every_key_that_ros_accepts(tmp_path, key):
 @pytest.mark.parametrize(
     "text", ["a: [1\n b: 2", "just words", "estimator_1: 3", "estimator_1: {ros__parameters: {noise: -1.0}}"]
 )
-def test_a_bad_file_is_refused_in_one_line_that_names_it(tmp_path, text):
+def test_a_bad_file_is_rejected_in_one_line_that_names_it(tmp_path, text):
     file = tmp_path / "rig.yaml"
     file.write_text(text)
-    with pytest.raises(ConfigurationError) as refusal:
+    with pytest.raises(ConfigurationError) as rejected:
         load(file, "estimator_1", Example)
-    assert "rig.yaml" in str(refusal.value)
-    assert "\n" not in str(refusal.value)
+    assert "rig.yaml" in str(rejected.value)
+    assert "\n" not in str(rejected.value)
 
 
-def test_every_parameter_knows_its_unit_and_meaning():
+def test_every_parameter_has_its_unit_and_meaning():
     described = {parameter.name: (parameter.unit, parameter.text) for parameter in parameters(Example)}
     assert described["spring.k2"] == ("1/m", "growth")
     assert list(described) == ["noise", "count", "amplitudes", "names", "kind", "quick", "spring.k2"]

@@ -1,4 +1,4 @@
-"""Which joints a process serves."""
+"""Joints of a process, from its parameter files."""
 
 import pytest
 from vsa_common.config.configuration import ConfigurationError
@@ -30,10 +30,10 @@ def test_a_joint_is_a_namespace_in_which_a_file_names_a_driver(tmp_path, texts, 
     assert joints(arguments(tmp_path, *texts)) == found
 
 
-def test_a_remapped_namespace_picks_one_joint(tmp_path):
+def test_a_remapped_namespace_selects_one_joint(tmp_path):
     assert joints([*arguments(tmp_path, LEFT + RIGHT), "-r", "__ns:=/lab/right"]) == ["vsa"]
 
 
-def test_a_file_that_is_none_is_named(tmp_path):
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(ConfigurationError, match=r"nothing\.yaml"):
         joints(["driver", "--ros-args", "--params-file", str(tmp_path / "nothing.yaml")])

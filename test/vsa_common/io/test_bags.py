@@ -1,4 +1,4 @@
-"""Bags are written by rosbags and read back by other libraries, and the other way round."""
+"""Bags: written here and read by another library, and the reverse."""
 
 import shutil
 from pathlib import Path
@@ -38,7 +38,7 @@ def write_bag(path: Path, count: int = 100, closed: bool = True) -> bags.Recordi
     return recording
 
 
-def test_what_was_written_is_read_back_in_order(tmp_path):
+def test_written_messages_are_read_back_in_order(tmp_path):
     write_bag(tmp_path / "bag")
     read = list(bags.read(tmp_path / "bag"))
     assert [ns for _, ns, _ in read] == sorted(1_000 + k for k in range(100) for _ in range(2))
@@ -46,7 +46,7 @@ def test_what_was_written_is_read_back_in_order(tmp_path):
     assert [m.tension[1] for topic, _, m in read if topic == JOINT] == [float(k) for k in range(100)]
 
 
-def test_chosen_topics_are_read_alone(tmp_path):
+def test_only_selected_topics_are_read(tmp_path):
     write_bag(tmp_path / "bag")
     assert {topic for topic, _, _ in bags.read(tmp_path / "bag", [JOINT])} == {JOINT}
     assert list(bags.read(tmp_path / "bag", ["/absent"])) == []
@@ -60,24 +60,24 @@ def test_a_second_library_reads_the_same_numbers(tmp_path):
     assert forces == [float(k) for k in range(100)]
 
 
-def test_bytes_behind_a_message_do_not_get_into_the_bag_nor_disturb_its_reader(tmp_path):
+def test_surplus_bytes_after_a_message_are_removed_by_the_writer_and_skipped_by_the_reader(tmp_path):
     message = JointState(name=["transmission_1"], position=[0.5])
     message.header.frame_id = "transmission_1"
-    data = serialize_message(message)  # by Fast DDS, with room for velocities and efforts that are not there
+    data = serialize_message(message)  # by Fast DDS, with padding for absent velocities and efforts
     store = get_typestore(Stores.ROS2_JAZZY)
     with Writer(tmp_path / "raw", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         writer.write(writer.add_connection("/a", "sensor_msgs/msg/JointState", typestore=store), 1, data)
     assert [m.position[0] for _, _, m in bags.read(tmp_path / "raw")] == [0.5]
-    recording = bags.Recording(tmp_path / "ours")
+    recording = bags.Recording(tmp_path / "recorded")
     recording.add("/a", "sensor_msgs/msg/JointState")
     recording.write("/a", 1, data)
     recording.close()
-    with Reader(tmp_path / "ours") as reader:  # strict about it
+    with Reader(tmp_path / "recorded") as reader:  # rejects surplus bytes
         [(connection, _, written)] = reader.messages()
         assert store.deserialize_cdr(written, connection.msgtype).position[0] == 0.5
 
 
-def test_metadata_says_what_rosbag2_of_jazzy_looks_for(tmp_path):
+def test_metadata_is_that_of_rosbag2_of_jazzy(tmp_path):
     write_bag(tmp_path / "bag")
     info = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert (info["version"], info["storage_identifier"], info["message_count"]) == (9, "mcap", 200)
@@ -88,12 +88,12 @@ def test_metadata_says_what_rosbag2_of_jazzy_looks_for(tmp_path):
     assert topic["offered_qos_profiles"][0]["reliability"] == "reliable"
 
 
-def test_topics_tells_types_and_counts(tmp_path):
+def test_topics_have_types_and_counts(tmp_path):
     write_bag(tmp_path / "bag", 7)
     assert bags.topics(tmp_path / "bag")[JOINT] == bags.Topic(JOINT, "vsa_msgs/msg/JointImpedance", 7)
 
 
-def test_what_was_flushed_before_a_crash_is_readable(tmp_path):
+def test_messages_flushed_before_a_crash_are_readable(tmp_path):
     recording = write_bag(tmp_path / "bag", 50, closed=False)
     recording.flush()
     shutil.copytree(tmp_path / "bag", tmp_path / "crashed")
@@ -104,7 +104,7 @@ def test_what_was_flushed_before_a_crash_is_readable(tmp_path):
 
 
 @pytest.mark.parametrize("kept", [0.3, 0.9, 0.999])
-def test_a_file_cut_off_anywhere_yields_what_it_holds(tmp_path, kept):
+def test_a_truncated_file_yields_the_messages_before_its_end(tmp_path, kept):
     recording = write_bag(tmp_path / "bag", 0, closed=False)
     for k in range(40):
         recording.write(FORCE, 1_000 + k, wrench(float(k)))
@@ -129,19 +129,19 @@ def test_a_database_of_another_recorder_is_read(tmp_path):
     assert [m.wrench.force.x for _, _, m in bags.read(tmp_path / "bag")] == [12.5]
 
 
-def test_raw_bytes_come_back_as_they_went_in(tmp_path):
+def test_raw_bytes_are_read_back_unchanged(tmp_path):
     write_bag(tmp_path / "bag", 3)
     assert [data for _, _, data in bags.read_raw(tmp_path / "bag", [FORCE])] == [wrench(float(k)) for k in range(3)]
 
 
 @pytest.mark.parametrize("content", [b"", b"not a bag", b"\x89MCAP0\r\n"])
-def test_a_file_that_is_no_bag_is_refused_by_name(tmp_path, content):
+def test_a_file_that_is_no_bag_is_rejected_by_name(tmp_path, content):
     (tmp_path / "x.mcap").write_bytes(content)
     with pytest.raises(bags.BagError, match=r"x\.mcap"):
         list(bags.read(tmp_path / "x.mcap"))
 
 
-def test_absent_and_empty_folders_are_refused(tmp_path):
+def test_absent_and_empty_folders_are_rejected(tmp_path):
     with pytest.raises(bags.BagError, match="no such bag"):
         list(bags.read(tmp_path / "absent"))
     with pytest.raises(bags.BagError, match=r"metadata\.yaml"):
@@ -154,6 +154,6 @@ def test_an_existing_bag_is_not_overwritten(tmp_path):
         bags.Recording(tmp_path / "bag")
 
 
-def test_a_type_without_definition_is_refused(tmp_path):
+def test_a_type_without_definition_is_rejected(tmp_path):
     with pytest.raises(bags.BagError, match=r"other_msgs/msg/Thing"):
         bags.Recording(tmp_path / "bag").add("/thing", "other_msgs/msg/Thing")

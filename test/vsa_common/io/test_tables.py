@@ -1,3 +1,5 @@
+"""CSV tables: columns by name, missing samples, error texts."""
+
 import math
 
 import numpy as np
@@ -13,7 +15,7 @@ def table(tmp_path, content):
     return path
 
 
-def complaint(path, names=("stamp", "force")):
+def error_text(path, names=("stamp", "force")):
     with pytest.raises(TableError) as error:
         read_columns(path, names)
     assert "\n" not in str(error.value)
@@ -21,7 +23,7 @@ def complaint(path, names=("stamp", "force")):
     return str(error.value)
 
 
-def test_columns_come_by_name_whatever_their_order(tmp_path):
+def test_columns_are_found_by_name_in_any_order(tmp_path):
     path = table(tmp_path, "force,extra,stamp\n1.5,x,0\n-2e-3,y,0.001\n")
     columns = read_columns(path, ["stamp", "force"])
     assert list(columns) == ["stamp", "force"]
@@ -29,18 +31,18 @@ def test_columns_come_by_name_whatever_their_order(tmp_path):
     np.testing.assert_array_equal(columns["force"], [1.5, -0.002])
 
 
-def test_optional_columns_are_read_where_they_are(tmp_path):
+def test_optional_columns_are_read_if_they_exist(tmp_path):
     path = table(tmp_path, "stamp,force\n0,1\n")
     assert list(read_columns(path, ["stamp"], ["force", "reference"])) == ["stamp", "force"]
 
 
-def test_an_empty_cell_a_short_row_and_the_word_nan_are_missed_samples(tmp_path):
+def test_an_empty_cell_a_short_row_and_the_text_nan_are_missing_samples(tmp_path):
     path = table(tmp_path, "stamp,force\n0,\n1,nan\n2\n3,4\n")
     force = read_columns(path, ["stamp", "force"])["force"]
     assert [math.isnan(value) for value in force] == [True, True, True, False]
 
 
-def test_every_digit_survives_writing_and_reading(tmp_path):
+def test_writing_and_reading_preserve_every_digit(tmp_path):
     written = {"stamp": np.array([1.7e9 + 1 / 3, 0.1]), "force": np.array([-1e-300, 195.00000000000003])}
     path = tmp_path / "out.csv"
     write_columns(path, written)
@@ -54,28 +56,28 @@ def test_flags_are_written_as_numbers(tmp_path):
     assert path.read_text() == "valid\n1\n0\n"
 
 
-def test_a_missing_column_is_named_with_what_was_found(tmp_path):
-    said = complaint(table(tmp_path, "time,force\n0,1\n"))
-    assert all(word in said for word in ("line 1", "stamp", "time"))
+def test_a_missing_column_is_named_with_the_columns_found(tmp_path):
+    text = error_text(table(tmp_path, "time,force\n0,1\n"))
+    assert all(word in text for word in ("line 1", "stamp", "time"))
 
 
-def test_a_word_where_a_number_belongs_is_named_with_its_line(tmp_path):
-    said = complaint(table(tmp_path, "stamp,force\n0,1\n1,soft\n"))
-    assert all(word in said for word in ("line 3", "'soft'", "force"))
+def test_a_cell_that_is_no_number_is_named_with_its_line(tmp_path):
+    text = error_text(table(tmp_path, "stamp,force\n0,1\n1,soft\n"))
+    assert all(word in text for word in ("line 3", "'soft'", "force"))
 
 
 def test_a_row_that_is_too_long_is_named_with_its_line(tmp_path):
-    assert "line 3" in complaint(table(tmp_path, "stamp,force\n0,1\n1,2,3\n2,3\n"))
+    assert "line 3" in error_text(table(tmp_path, "stamp,force\n0,1\n1,2,3\n2,3\n"))
 
 
-def test_a_file_that_is_empty_or_has_no_row_says_so(tmp_path):
-    assert "line 1" in complaint(table(tmp_path, ""))
-    assert "line 2" in complaint(table(tmp_path, "stamp,force\n"))
+def test_an_empty_file_and_a_file_without_rows_are_rejected(tmp_path):
+    assert "line 1" in error_text(table(tmp_path, ""))
+    assert "line 2" in error_text(table(tmp_path, "stamp,force\n"))
 
 
-def test_a_file_that_is_not_there_or_is_no_text_says_so(tmp_path):
-    complaint(tmp_path / "absent.csv")
-    assert "line 2" in complaint(table(tmp_path, b"stamp,force\n0,\xff\xfe\n"))
+def test_an_absent_file_and_a_binary_file_are_rejected(tmp_path):
+    error_text(tmp_path / "absent.csv")
+    assert "line 2" in error_text(table(tmp_path, b"stamp,force\n0,\xff\xfe\n"))
 
 
 def test_a_table_that_cannot_be_written_names_the_file(tmp_path):
@@ -85,14 +87,14 @@ def test_a_table_that_cannot_be_written_names_the_file(tmp_path):
 
 @settings(max_examples=300, deadline=None)
 @given(st.one_of(st.binary(max_size=80), st.text(alphabet='stamp,force\n\r"0.1e-x ', max_size=80).map(str.encode)))
-def test_any_bytes_are_read_or_refused_with_one_line(tmp_path_factory, content):
+def test_any_bytes_are_read_or_rejected_with_one_line(tmp_path_factory, content):
     path = tmp_path_factory.mktemp("fuzz") / "log.csv"
     path.write_bytes(content)
     try:
         columns = read_columns(path, ["stamp", "force"])
-        said = ""
+        text = ""
     except TableError as error:
         columns = {"stamp": np.zeros(1), "force": np.zeros(1)}
-        said = str(error)
-    assert "\n" not in said
+        text = str(error)
+    assert "\n" not in text
     assert len(columns["stamp"]) == len(columns["force"]) > 0

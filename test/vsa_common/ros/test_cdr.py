@@ -1,4 +1,4 @@
-"""Bytes written and read by hand mean what they mean to rclpy's own serialization, in either byte order."""
+"""Serialized messages: equal to those of rclpy's own serialization, in either byte order."""
 
 import math
 import struct
@@ -37,7 +37,7 @@ def reader(kind):
 
 
 def values_of(message, texts=True):
-    """Every value but the header's, arrays and stamps in one row."""
+    """Every value but the header's; arrays and stamps flattened."""
     row = []
     for name in list(message.get_fields_and_field_types())[1:]:
         value = getattr(message, name)
@@ -87,7 +87,7 @@ def joint_state(names, positions=(0.25, 3.0)):
 
 @pytest.fixture(scope="module")
 def both_orders():
-    """The bytes of a message in either byte order, by an independent hand, that of rosbags."""
+    """The bytes of a message in either byte order, by an independent implementation: rosbags."""
     store = get_typestore(Stores.ROS2_JAZZY)
     for file in MESSAGES.glob("*.msg"):
         store.register(get_types_from_msg(file.read_text(), f"vsa_msgs/msg/{file.stem}"))
@@ -105,7 +105,7 @@ def both_orders():
 
 
 @pytest.mark.parametrize("frame", ["", "a", "transmission_1", "x" * 31])
-def test_an_impedance_is_written_and_read_number_by_number(frame):
+def test_an_impedance_message_is_written_and_read(frame):
     message = impedance(frame)
     assert reader(TransmissionImpedance).read(serialize_message(message)) == (STAMP_NS, values_of(message))
     blank = TransmissionImpedance(header=Header(frame_id=frame))
@@ -113,7 +113,7 @@ def test_an_impedance_is_written_and_read_number_by_number(frame):
 
 
 @pytest.mark.parametrize("reason", ["", "transmission_1 CONVERGING", "è lento"])
-def test_a_joint_message_keeps_its_reason_between_its_numbers(reason):
+def test_a_joint_message_has_its_reason_between_its_numbers(reason):
     message = joint(reason)
     numbers = values_of(message, texts=False)
     writer = Writer(JointImpedance(reason=reason))
@@ -136,13 +136,13 @@ def test_texts_do_not_shift_the_numbers_behind_them(reason):
     assert deserialize_message(written, EstimatorState) == message
 
 
-def test_a_field_that_it_cannot_read_ends_what_it_reads():
+def test_the_reader_ends_before_a_field_of_an_unsupported_type():
     fields = {"header": "std_msgs/Header", "first": "double", "list": "sequence<double>", "second": "double"}
     assert Reader(fields).names == ("first",)
 
 
-@pytest.mark.parametrize("frame", ["", "ab", "somebody/else's sensor"])
-def test_a_force_and_a_torque_are_read_from_anybodys_wrench(frame):
+@pytest.mark.parametrize("frame", ["", "ab", "another/vendor's sensor"])
+def test_force_and_torque_are_read_from_a_wrench_of_any_frame(frame):
     data = serialize_message(wrench(frame))
     assert (read_stamp(data), read_wrench(data), read_wrench(data, TORQUE_Z)) == (
         STAMP_NS, (STAMP_NS, -1.5), (STAMP_NS, 0.625),
@@ -150,11 +150,11 @@ def test_a_force_and_a_torque_are_read_from_anybodys_wrench(frame):
 
 
 @pytest.mark.parametrize("names", [[], ["a"], ["encoder of the left"], ["a", "bcd", ""]])
-def test_a_position_is_read_from_anybodys_joint_state(names):
+def test_a_position_is_read_from_a_joint_state_of_any_names(names):
     assert read_position(serialize_message(joint_state(names))) == (STAMP_NS, 0.25)
 
 
-def test_a_joint_state_without_positions_reads_as_no_number():
+def test_the_position_of_a_joint_state_without_positions_is_nan():
     for names in ([], ["rod"]):
         stamp_ns, position = read_position(serialize_message(joint_state(names, ())))
         assert (stamp_ns, math.isnan(position)) == (STAMP_NS, True)
@@ -175,7 +175,7 @@ def test_a_batch_of_counters_is_read_in_either_byte_order(both_orders, frame, co
             read_counters(serialize_message(message)[:last])
 
 
-def test_either_byte_order_is_understood(both_orders):
+def test_either_byte_order_is_read(both_orders):
     for data in both_orders(wrench("ab")):
         assert (read_stamp(data), read_wrench(data)) == (STAMP_NS, (STAMP_NS, -1.5))
         assert read_wrench(data, TORQUE_Z) == (STAMP_NS, 0.625)
@@ -187,7 +187,7 @@ def test_either_byte_order_is_understood(both_orders):
 
 
 def stamped_alike(message, number, place):
-    """The same message at other stamps and with other numbers."""
+    """The same message with different stamps and numbers."""
     messages = []
     for k in range(5):
         message.header.stamp = Time(sec=k, nanosec=999_999_999 - k)
@@ -204,7 +204,7 @@ def set_position(message, number):
     message.position[0] = number
 
 
-def test_many_messages_at_once_read_as_each_of_them(both_orders):
+def test_many_messages_at_once_are_read_as_each_of_them(both_orders):
     forces = stamped_alike(wrench("ab"), 1.5, set_force)
     positions = stamped_alike(joint_state(["a", "bcd"]), 0.25, set_position)
     mixed_forces = [*forces, *both_orders(wrench("another's")), *both_orders(wrench("ab")), forces[0]]
@@ -232,7 +232,7 @@ def test_literal_bytes_of_a_big_endian_machine():
 @pytest.mark.parametrize(
     "message", [impedance("transmission_1"), joint("why"), state("why")], ids=lambda m: type(m).__name__
 )
-def test_a_message_that_ends_too_early_is_never_half_a_message(message):
+def test_a_truncated_message_raises_an_error(message):
     whole = serialize_message(message)
     of_kind, last = reader(type(message)), len(whole)
     while last > 16:
@@ -241,7 +241,7 @@ def test_a_message_that_ends_too_early_is_never_half_a_message(message):
             assert of_kind.read(whole[:last])[1] == values_of(message)
         except struct.error:
             break
-    assert last >= len(whole) - 4  # no more than padding may lack
+    assert last >= len(whole) - 4  # only padding may be absent
     for length in range(2, last):
         with pytest.raises(struct.error):
             of_kind.read(whole[:length])

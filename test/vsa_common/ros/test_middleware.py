@@ -1,4 +1,4 @@
-"""Processes of the suite share no memory with others: who is killed while writing there leaves its readers asleep."""
+"""The Fast DDS profile of the suite: no shared memory, in which a killed writer blocks its readers."""
 
 import os
 import subprocess
@@ -17,9 +17,9 @@ from std_msgs.msg import String
 from vsa_common.ros.process import tune_middleware
 tune_middleware()
 rclpy.init()
-node, heard = rclpy.create_node("listener"), []
-node.create_subscription(String, "words", heard.append, 10)
-while not heard:
+node, received = rclpy.create_node("listener"), []
+node.create_subscription(String, "texts", received.append, 10)
+while not received:
     rclpy.spin_once(node, timeout_sec=0.1)
 print("/dev/shm/fastrtps" in open("/proc/self/maps").read())
 """
@@ -28,26 +28,26 @@ import rclpy
 from std_msgs.msg import String
 rclpy.init()
 node = rclpy.create_node("speaker")
-publisher = node.create_publisher(String, "words", 10)
+publisher = node.create_publisher(String, "texts", 10)
 node.create_timer(0.05, lambda: publisher.publish(String(data="word")))
 rclpy.spin(node)
 """
 
 
-def test_a_process_of_the_suite_hears_a_stranger_on_this_machine_without_shared_memory():
+def test_a_process_of_the_suite_receives_from_any_local_process_without_shared_memory():
     environment = os.environ | {"ROS_DOMAIN_ID": str(20 + (os.getpid() + 70) % 80), RANGE: "LOCALHOST"}
     environment.pop(PROFILE, None)
     speaker = subprocess.Popen([sys.executable, "-c", SPEAKER], env=environment)
     try:
         listener = [sys.executable, "-c", LISTENER]
-        heard = subprocess.run(listener, env=environment, capture_output=True, text=True, timeout=60, check=True)
+        received = subprocess.run(listener, env=environment, capture_output=True, text=True, timeout=60, check=True)
     finally:
         speaker.kill()
         speaker.wait()
-    assert heard.stdout.split() == ["False"]
+    assert received.stdout.split() == ["False"]
 
 
-def test_a_file_of_the_users_own_wins_and_so_do_peers_that_are_named(monkeypatch):
+def test_a_profile_or_static_peers_of_the_user_take_precedence(monkeypatch):
     monkeypatch.setenv(RANGE, "LOCALHOST")
     monkeypatch.setenv(PROFILE, "mine.xml")
     tune_middleware()

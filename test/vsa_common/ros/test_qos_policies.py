@@ -1,4 +1,4 @@
-"""Topics whose policies do not fit, in a process of its own: what a node must outlive there ends one."""
+"""Incompatible QoS policies, in a process of its own: their events can end a process (ros2/rclpy#1644)."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 pytestmark = pytest.mark.live
 
-MEETING = """
+SCRIPT = """
 import sys
 import time
 
@@ -16,7 +16,7 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
-from vsa_common.config.declared import Common
+from vsa_common.ros.parameters import Common
 from vsa_common.ros.node import SuiteNode
 
 LASTING = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -24,12 +24,12 @@ LASTING = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 class Listener(SuiteNode):
     def start(self):
-        self.ears = self.create_subscription(String, "heard", print, LASTING)
-        self.mouth = self.create_publisher(String, "said", 1)
+        self.subscription = self.create_subscription(String, "input", print, LASTING)
+        self.publisher = self.create_publisher(String, "output", 1)
 
     def stop(self):
-        self.destroy_subscription(self.ears)
-        self.destroy_publisher(self.mouth)
+        self.destroy_subscription(self.subscription)
+        self.destroy_publisher(self.publisher)
 
 
 def spin(enough, seconds):
@@ -46,40 +46,41 @@ node.trigger_configure()
 for _ in range(3):
     node.trigger_activate()
     spin(lambda: False, 0.1)
-    speaker, deaf = peer.create_publisher(String, "heard", 1), peer.create_subscription(String, "said", print, LASTING)
-    while not (peer.count_subscribers("heard") and peer.count_publishers("said")):
+    publisher = peer.create_publisher(String, "input", 1)
+    subscription = peer.create_subscription(String, "output", print, LASTING)
+    while not (peer.count_subscribers("input") and peer.count_publishers("output")):
         time.sleep(0.01)
     if "stopping" in sys.argv:
-        time.sleep(0.1)  # the policies are news to a node that does not spin
+        time.sleep(0.1)  # the events are queued while the node does not spin
     else:
-        spin(lambda: len(node._unheard) == 2, 20.0)
-        print(node._incompatible())
+        spin(lambda: node._qos_monitor.conflicts == 2, 20.0)
+        print(node._qos_monitor.message)
     node.trigger_deactivate()
-    peer.destroy_publisher(speaker)
-    peer.destroy_subscription(deaf)
-    spin(lambda: not node._unheard, 5.0)
-    print(node._incompatible())
+    peer.destroy_publisher(publisher)
+    peer.destroy_subscription(subscription)
+    spin(lambda: not node._qos_monitor.conflicts, 5.0)
+    print(node._qos_monitor.message)
 """
 
 
-def meet(*arguments):
+def run_script(*arguments):
     environment = os.environ | {"ROS_DOMAIN_ID": "23", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    command = [sys.executable, "-c", MEETING, *arguments]
+    command = [sys.executable, "-c", SCRIPT, *arguments]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     assert run.returncode == 0, run.stderr[-2000:]
     return run.stdout.splitlines()
 
 
-def test_a_node_names_the_policy_and_forgets_who_has_gone():
-    said = meet()
-    assert len(said) == 6
-    for apart, gone in zip(said[::2], said[1::2], strict=True):
-        assert sorted(apart.split("; ")) == [
-            "/vsa/heard: another node's durability does not fit",
-            "/vsa/said: another node's durability does not fit",
+def test_diagnostics_name_the_policy_until_the_other_endpoint_is_destroyed():
+    lines = run_script()
+    assert len(lines) == 6
+    for conflict, after in zip(lines[::2], lines[1::2], strict=True):
+        assert sorted(conflict.split("; ")) == [
+            "/vsa/input: another node's durability does not fit",
+            "/vsa/output: another node's durability does not fit",
         ]
-        assert gone == ""
+        assert after == ""
 
 
-def test_a_node_outlives_news_of_a_topic_that_it_has_closed():
-    assert meet("stopping") == [""] * 3
+def test_an_event_of_a_closed_topic_does_not_end_the_process():
+    assert run_script("stopping") == [""] * 3

@@ -1,4 +1,4 @@
-"""Processes that end when they are told to, and when nobody is left to tell them."""
+"""Child processes end on request and after the death of their parent."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ from vsa_common.ros.subprocesses import Group, ProcessError, executable
 pytestmark = pytest.mark.live
 
 PYTHON = sys.executable
-STUBBORN = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
+IGNORES_SIGNALS = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
 
 
 @pytest.fixture
@@ -39,37 +39,37 @@ def alive(pid: int) -> bool:
 
 
 def test_a_process_ends_on_request_and_its_output_is_kept(group):
-    process = group.start("talker", ["sh", "-c", "echo hello; exec sleep 100"])
+    process = group.start("printer", ["sh", "-c", "echo hello; exec sleep 100"])
     assert wait_for(lambda: "hello" in process.tail())
-    group.stop("talker")
+    group.stop("printer")
     assert process.code == -signal.SIGINT
 
 
-def test_one_that_ignores_requests_is_killed_with_its_children(group, monkeypatch):
+def test_a_process_that_ignores_signals_is_killed_with_its_children(group, monkeypatch):
     monkeypatch.setattr("vsa_common.ros.subprocesses.STOP_S", 0.2)
-    process = group.start("stubborn", ["sh", "-c", STUBBORN])
+    process = group.start("ignoring", ["sh", "-c", IGNORES_SIGNALS])
     assert wait_for(lambda: "ready" in process.tail())
-    group.stop("stubborn")
+    group.stop("ignoring")
     assert process.code == -signal.SIGKILL
     assert wait_for(
         lambda: subprocess.run(["pgrep", "-g", str(process.pid)], stdout=subprocess.DEVNULL).returncode != 0
     )
 
 
-def test_one_that_dies_is_named_with_the_end_of_its_log(group):
+def test_a_process_that_fails_is_named_with_the_end_of_its_log(group):
     process = group.start("broken", ["sh", "-c", "echo no such bus; exit 3"])
     assert process.wait(10.0) == 3
     with pytest.raises(ProcessError, match=r"broken ended with code 3:\n  no such bus"):
         group.check()
 
 
-def test_one_that_ended_well_is_no_error(group):
+def test_exit_code_0_is_no_error(group):
     group.start("brief", ["true"]).wait(10.0)
     group.check()
 
 
-@pytest.mark.parametrize("command", ["exec sleep 100", STUBBORN])
-def test_none_outlives_a_parent_that_was_killed(tmp_path, command):
+@pytest.mark.parametrize("command", ["exec sleep 100", IGNORES_SIGNALS])
+def test_children_end_after_their_parent_was_killed(tmp_path, command):
     script = (
         "import os, sys, time; from pathlib import Path; from vsa_common.ros.subprocesses import Group\n"
         f"g = Group(Path({str(tmp_path)!r}), os.environ)\n"
@@ -83,6 +83,6 @@ def test_none_outlives_a_parent_that_was_killed(tmp_path, command):
     assert wait_for(lambda: not alive(child), 5.0)
 
 
-def test_an_unknown_executable_is_refused_by_name():
+def test_an_unknown_executable_is_rejected_by_name():
     with pytest.raises(ProcessError, match="no_such_package"):
         executable("no_such_package", "node")

@@ -1,4 +1,4 @@
-"""Viewers get one message of each span, and all that is news."""
+"""The throttled topic: one message of each interval, and every change of state."""
 
 from types import SimpleNamespace
 
@@ -7,25 +7,25 @@ from vsa_common.ros.throttle import PERIOD_NS, ThrottledPublisher
 
 class Node:
     def __init__(self):
-        self.heard = {}
+        self.published = {}
 
     def create_publisher(self, _, topic, __):
-        heard = self.heard[topic] = []
-        return SimpleNamespace(publish=heard.append)
+        published = self.published[topic] = []
+        return SimpleNamespace(publish=published.append)
 
 
-def test_all_get_everything_and_viewers_one_of_each_span():
+def test_the_throttled_topic_has_one_message_of_each_interval():
     node = Node()
     topic = ThrottledPublisher(node, object, "angle")
     for k in range(100):
         topic.publish(10**18 + k * PERIOD_NS // 10, k)
-    assert node.heard["angle"] == list(range(100))
-    assert node.heard["angle_throttle"] == list(range(0, 100, 10))
+    assert node.published["angle"] == list(range(100))
+    assert node.published["angle_throttle"] == list(range(0, 100, 10))
 
 
-def test_news_is_not_held_back():
+def test_a_change_of_state_is_published_at_once():
     node = Node()
     topic = ThrottledPublisher(node, object, "impedance")
     for k, status in enumerate("aaabbaaaaa"):
         topic.publish(10**18 + k, k, status)
-    assert node.heard["impedance_throttle"] == [0, 3, 5]
+    assert node.published["impedance_throttle"] == [0, 3, 5]

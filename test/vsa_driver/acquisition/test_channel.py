@@ -1,4 +1,4 @@
-"""Frames of literal bytes to samples; the bytes are packed by hand, not with the DBC's library."""
+"""Frames of literal bytes to samples; the bytes are packed without the DBC library."""
 
 import struct
 from dataclasses import replace
@@ -7,11 +7,14 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from vsa_driver.acquisition.calibration import TareError
 from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
+from vsa_driver.acquisition.commands import CommandFrames
 from vsa_driver.acquisition.mapping import load_frames
-from vsa_driver.acquisition.router import CommandFrames, Router
+from vsa_driver.acquisition.router import Router
 from vsa_driver.can.bus import Frame
 from vsa_driver.settings import DriverSettings, MotorSettings, TransmissionSettings
+from vsa_driver.tuning import TARE_SAMPLES
 
 FRAMES = load_frames(DriverSettings().dbc)
 NOW = 1_800_000_000_000_000_000
@@ -23,7 +26,7 @@ def transmission(force, count, counter, number=1):
     return Frame(arbitration_id=0x100 + number, is_extended_id=False, data=data)
 
 
-def other(name, **changes):
+def configured(name, **changes):
     return Router(FRAMES, replace(DriverSettings(), **{name: replace(getattr(DriverSettings(), name), **changes)}))
 
 
@@ -32,8 +35,8 @@ def test_a_frame_becomes_a_sample_in_si_with_its_capture_stamp():
     assert sample == Measurement("transmission_1", NOW, 7, pytest.approx(19.5), pytest.approx(0.01234))
 
 
-def test_calibration_turns_the_signal_into_newtons_and_metres():
-    router = other(
+def test_calibration_converts_signals_to_newtons_and_metres():
+    router = configured(
         "transmission_2", force_scale=2.0, force_offset=-1.0, force_reversed=True,
         encoder_scale=2e-5, encoder_offset=0.001, encoder_reversed=True,
     )  # fmt: skip
@@ -42,8 +45,8 @@ def test_calibration_turns_the_signal_into_newtons_and_metres():
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_the_encoder_is_followed_through_its_wrap_both_ways(direction):
-    router = other("transmission_1", encoder_bits=10)
+def test_the_encoder_is_unwrapped_in_both_directions(direction):
+    router = configured("transmission_1", encoder_bits=10)
     counts = range(500, 1700, 100) if direction > 0 else range(1600, 400, -100)
     travel = [
         router.add(transmission(20.0, count % 1024, i), NOW + i * MS)[0].deflection for i, count in enumerate(counts)
@@ -57,33 +60,33 @@ def test_the_encoder_starts_within_the_travel_on_either_side_of_zero():
     assert router.add(transmission(20.0, 65531, 0), NOW)[0].deflection == pytest.approx(-5e-5)
 
 
-def test_a_frame_of_the_wrong_length_is_counted_and_gives_nothing():
+def test_a_frame_of_the_wrong_length_is_counted_and_gives_no_sample():
     router = Router(FRAMES, DriverSettings())
     for length in (0, 3, 6, 8):
         assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, data=bytes(length)), NOW) == []
     assert router.counts()["transmission_1.wrong_length"] == 4
 
 
-def test_foreign_frames_are_counted_also_one_that_differs_only_in_the_identifiers_width():
+def test_unmapped_frames_are_counted_also_one_that_differs_only_in_the_width_of_its_identifier():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x7FF, is_extended_id=False), NOW) == []
     assert router.add(Frame(arbitration_id=0x101, is_extended_id=True, data=bytes(7)), NOW) == []
-    assert router.counts()["foreign"] == 2
+    assert router.counts()["unmapped_frames"] == 2
 
 
-def test_the_drivers_own_commands_are_not_foreign():
+def test_the_drivers_own_commands_are_not_unmapped():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x200, is_extended_id=False, data=bytes(8)), NOW) == []
-    assert router.counts()["foreign"] == 0
+    assert router.counts()["unmapped_frames"] == 0
 
 
-def test_error_frames_are_counted_and_not_taken_for_data():
+def test_error_frames_are_counted_and_not_decoded():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, is_error_frame=True, data=bytes(7)), NOW) == []
     assert router.counts()["error_frames"] == 1
 
 
-def test_a_remote_frame_is_no_sample():
+def test_a_remote_frame_gives_no_sample():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, is_remote_frame=True, dlc=7), NOW) == []
     assert router.counts()["transmission_1.wrong_length"] == 1
@@ -98,11 +101,26 @@ def test_gaps_and_repeated_frames_are_counted_per_transmission():
     assert counts["transmission_2.samples"] == 0
 
 
-def test_saturation_is_counted_and_the_sample_still_passed_on():
+def test_saturation_is_counted_and_the_sample_is_passed_on():
     router = Router(FRAMES, DriverSettings())
     assert len(router.add(transmission(200.0, 2100, 0), NOW)) == 1
     counts = router.counts()
     assert (counts["transmission_1.force_saturated"], counts["transmission_1.deflection_saturated"]) == (1, 1)
+
+
+def test_a_tare_does_not_average_across_a_silence_of_its_stream():
+    router = Router(FRAMES, DriverSettings(silence=0.1))
+    for i in range(TARE_SAMPLES // 2):
+        router.add(transmission(20.0, 100, i), NOW + i * MS)
+    later = NOW + 1000 * MS
+    for i in range(TARE_SAMPLES // 2):
+        router.add(transmission(20.0, 100, 1000 + i), later + i * MS)
+    tare = router.transmissions["transmission_1"].tare
+    with pytest.raises(TareError, match=f"{TARE_SAMPLES // 2} of {TARE_SAMPLES}"):
+        tare.take()
+    for i in range(TARE_SAMPLES // 2, TARE_SAMPLES):
+        router.add(transmission(20.0, 100, 1000 + i), later + i * MS)
+    assert tare.take() == pytest.approx(20.0)
 
 
 def test_joint_and_motor_frames_become_samples():
@@ -115,11 +133,11 @@ def test_joint_and_motor_frames_become_samples():
     assert motors == MotorSample(NOW + 1, pytest.approx((1.0, -5e-5)), holding=True)
 
 
-def test_a_transmission_that_is_not_connected_is_foreign():
+def test_frames_of_a_transmission_that_is_not_connected_are_unmapped():
     router = Router(FRAMES, replace(DriverSettings(), transmissions=("transmission_2",)))
     assert router.add(transmission(20.0, 0, 0, number=1), NOW) == []
     assert len(router.add(transmission(20.0, 0, 0, number=2), NOW)) == 1
-    assert router.foreign == 1
+    assert router.unmapped_frames == 1
 
 
 @pytest.fixture
@@ -142,7 +160,7 @@ def test_force_and_encoder_of_two_messages_make_one_sample_with_the_stamp_of_the
     assert two == Measurement("transmission_2", NOW, 0, pytest.approx(-3.0), pytest.approx(-5e-5))
 
 
-def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_mixed_with_the_next(daq):
+def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_merged_with_the_next(daq):
     daq.add(forces(1000, 0), NOW)
     daq.add(forces(2000, 0), NOW + MS)
     one, _ = daq.add(positions(9000, 0), NOW + 2 * MS)
@@ -150,13 +168,13 @@ def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_mixed_with_th
     assert daq.counts()["transmission_1.incomplete"] == 1
 
 
-def test_a_value_beyond_the_range_that_the_dbc_gives_is_counted_and_dropped(daq):
+def test_a_value_out_of_range_of_the_dbc_is_counted_and_dropped(daq):
     daq.add(forces(30_001, 0), NOW)
     assert [sample.transmission for sample in daq.add(positions(0, 0), NOW)] == ["transmission_2"]
     assert daq.counts()["transmission_1.out_of_range"] == 1
 
 
-def test_commands_are_numbered_and_packed_as_the_dbc_says():
+def test_commands_are_numbered_and_encoded_by_the_dbc():
     commands = CommandFrames(FRAMES, MotorSettings(scale=2.0))
     first = commands.encode((1.0, -0.5))
     number = int.from_bytes(first[6:], "little")
@@ -182,11 +200,11 @@ def test_no_frame_raises_and_every_sample_is_finite(frames):
     taken = sum(
         count
         for name, count in counts.items()
-        if name.rsplit(".")[-1] in ("samples", "wrong_length", "foreign", "duplicates", "late", "implausible")
+        if name.rsplit(".")[-1] in ("samples", "wrong_length", "unmapped_frames", "duplicates", "late", "implausible")
     )
     assert taken == len(frames)
 
 
-def test_a_transmission_settings_default_belongs_to_the_first():
+def test_default_transmission_settings_are_those_of_transmission_1():
     assert TransmissionSettings() == DriverSettings().transmission("transmission_1")
     assert DriverSettings().transmission("transmission_2").force_signal == "Transmission2.Force"

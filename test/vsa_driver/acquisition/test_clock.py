@@ -9,58 +9,58 @@ STEADY = 5_000 * SECOND
 
 
 def test_a_stamp_of_the_hosts_clock_passes_unchanged():
-    assert CaptureClock().epoch(1_800_000_000.25, EPOCH + SECOND // 2, STEADY) == EPOCH + SECOND // 4
+    assert CaptureClock().to_epoch(1_800_000_000.25, EPOCH + SECOND // 2, STEADY) == EPOCH + SECOND // 4
 
 
-def test_an_adapter_without_stamps_gets_the_time_of_arrival():
+def test_a_frame_without_stamp_gets_the_time_of_arrival():
     clock = CaptureClock()
-    assert clock.epoch(0.0, EPOCH, STEADY) == EPOCH
-    assert clock.epoch(float("nan"), EPOCH + 7, STEADY) == EPOCH + 7
+    assert clock.to_epoch(0.0, EPOCH, STEADY) == EPOCH
+    assert clock.to_epoch(float("nan"), EPOCH + 7, STEADY) == EPOCH + 7
 
 
 def arrivals(drift, seconds=30.0, rate=500.0, seed=4):
-    """True capture times, the adapter's stamps of them, and when the host heard of them [s], 0.2 ms late at least."""
+    """True capture times, the adapter's stamps of them, and their arrivals at the host [s], 0.2 ms late at least."""
     true = np.arange(0.0, seconds, 1 / rate)
     delay = 2e-4 + np.random.default_rng(seed).exponential(3e-3, true.size)
     return true, 17.0 + true * (1 + drift), true + delay
 
 
-def mapped(clock, stamps, heard, step_s=0.0, step_from=None):
-    now = heard + (0.0 if step_from is None else step_s * (heard > step_from))
+def mapped(clock, stamps, arrival, step_s=0.0, step_from=None):
+    now = arrival + (0.0 if step_from is None else step_s * (arrival > step_from))
     return (
         np.array(
             [
-                clock.epoch(s, EPOCH + int(n * 1e9), STEADY + int(h * 1e9)) - EPOCH
-                for s, n, h in zip(stamps, now, heard, strict=True)
+                clock.to_epoch(s, EPOCH + int(n * 1e9), STEADY + int(h * 1e9)) - EPOCH
+                for s, n, h in zip(stamps, now, arrival, strict=True)
             ]
         )
         / 1e9
     )
 
 
-def test_an_adapter_that_counts_from_its_own_start_is_mapped_to_the_least_delay_and_followed_as_it_drifts():
+def test_an_adapter_that_counts_from_its_own_start_is_mapped_by_the_least_delay_and_its_drift_is_followed():
     for drift in (0.0, 1e-4, -1e-4):
-        true, stamps, heard = arrivals(drift)
-        epoch = mapped(CaptureClock(), stamps, heard)
-        settled = slice(1000, None)
-        late = (epoch - true)[settled]
-        assert np.all(epoch <= heard)
+        true, stamps, arrival = arrivals(drift)
+        epoch = mapped(CaptureClock(), stamps, arrival)
+        converged = slice(1000, None)
+        late = (epoch - true)[converged]
+        assert np.all(epoch <= arrival)
         assert np.abs(late - 2e-4).max() < 4e-4  # the arrivals alone scatter by 20 ms
 
 
-def test_an_adapter_that_starts_anew_is_mapped_anew():
+def test_a_restarted_adapter_is_mapped_again():
     clock = CaptureClock()
-    true, stamps, heard = arrivals(0.0, seconds=4.0)
+    true, stamps, arrival = arrivals(0.0, seconds=4.0)
     stamps[1000:] -= 18.9
-    epoch = mapped(clock, stamps, heard)
+    epoch = mapped(clock, stamps, arrival)
     assert clock.restarts == 1
     assert np.abs(epoch - true)[1100:].max() < 2e-3
 
 
 def test_stamps_follow_the_hosts_clock_when_it_is_set():
-    true, stamps, heard = arrivals(0.0, seconds=4.0)
-    epoch = mapped(CaptureClock(), stamps, heard, step_s=-5.0, step_from=2.0)
-    after = heard > 2.0
+    true, stamps, arrival = arrivals(0.0, seconds=4.0)
+    epoch = mapped(CaptureClock(), stamps, arrival, step_s=-5.0, step_from=2.0)
+    after = arrival > 2.0
     assert np.abs(epoch - true + 5.0)[after].max() < 1e-3
 
 
@@ -70,4 +70,4 @@ def test_no_stamp_raises_or_maps_beyond_a_minute_into_the_future(stamps):
     clock = CaptureClock()
     for i, stamp in enumerate(stamps):
         now = EPOCH + i * SECOND
-        assert clock.epoch(stamp, now, STEADY + i * SECOND) <= now + 60 * SECOND
+        assert clock.to_epoch(stamp, now, STEADY + i * SECOND) <= now + 60 * SECOND

@@ -16,7 +16,7 @@ def feed(counter, raws, period_ns=MS, start_ns=10**18):
     st.integers(-(2**30), 2**30),
     st.lists(st.floats(-0.49, 0.49), max_size=200),
 )
-def test_any_motion_below_half_a_turn_a_sample_is_followed_through_every_wrap(bits, start, moves):
+def test_any_motion_below_half_a_period_per_sample_is_unwrapped(bits, start, moves):
     period = 2**bits
     position, true = start, [start]
     for move in moves:
@@ -26,13 +26,13 @@ def test_any_motion_below_half_a_turn_a_sample_is_followed_through_every_wrap(bi
     assert [unwrapped.add(value % period) for value in true] == true
 
 
-def test_the_first_count_is_taken_nearest_to_the_middle_of_the_travel():
+def test_the_first_count_is_unwrapped_nearest_to_the_centre_of_the_travel():
     assert Unwrapped(65536, centre=1000).add(65531) == -5
     assert Unwrapped(1024, centre=1000).add(0) == 1024
     assert Unwrapped(1024, centre=1000).add(1000) == 1000
 
 
-def test_numbers_go_on_through_the_wrap():
+def test_sequence_numbers_continue_through_the_wrap():
     assert feed(RollingCounter(16), [65534, 65535, 0, 1]) == [65534, 65535, 65536, 65537]
     assert feed(RollingCounter(8), [254, 255, 0, 1]) == [254, 255, 256, 257]
 
@@ -44,18 +44,18 @@ def test_a_gap_is_counted_with_its_length_also_across_the_wrap():
     assert counter.lost == 6
 
 
-def test_a_frame_that_comes_twice_or_late_has_no_number():
+def test_a_repeated_or_late_frame_has_no_sequence_number():
     counter = RollingCounter(16)
     assert feed(counter, [7, 8, 8, 10, 9, 11], period_ns=MS // 2) == [7, 8, None, 10, None, 11]
     assert (counter.duplicates, counter.late, counter.lost, counter.restarts) == (1, 1, 1, 0)
 
 
 @pytest.mark.parametrize("before", [50, 12_345, 40_000, 50_000])
-def test_a_device_that_starts_anew_is_told_from_a_gap(before):
+def test_a_restarted_device_is_distinguished_from_a_gap(before):
     counter = RollingCounter(16)
     feed(counter, range(before - 20, before))
     numbers = feed(counter, [0, 1, 2], start_ns=10**18 + 520 * MS)
-    assert numbers == [None, 1, 2]  # the first may be garbage; the second bears it out
+    assert numbers == [None, 1, 2]  # the first may be corrupted; the second confirms it
     assert (counter.restarts, counter.lost, counter.implausible) == (1, 0, 1)
 
 
@@ -74,7 +74,7 @@ def test_garbage_among_the_numbers_is_counted_and_nothing_else_changes():
     assert (counter.implausible, counter.lost, counter.restarts) == (3, 0, 0)
 
 
-def test_samples_that_all_come_fifty_milliseconds_late_are_counted_and_a_burst_that_catches_up_ends_it():
+def test_samples_that_are_all_fifty_milliseconds_late_are_counted_until_a_burst_clears_the_backlog():
     counter = RollingCounter(16)
     feed(counter, range(1000), period_ns=2 * MS)
     assert counter.delayed == 0
@@ -88,15 +88,15 @@ def test_samples_that_all_come_fifty_milliseconds_late_are_counted_and_a_burst_t
     assert (counter.lost, counter.restarts) == (0, 0)
 
 
-def test_garbage_among_the_counts_does_not_shift_the_unwrapped_value_for_good():
-    count = Unwrapped(period=65536, centre=1000, reach=2150)
+def test_garbage_among_the_counts_does_not_shift_the_unwrapped_value_permanently():
+    count = Unwrapped(period=65536, centre=1000, max_travel=2150)
     for garbage in (30_000, 60_000, 25_000, 55_000, 20_000, 50_000, 10_000):
         count.add(garbage)
     assert [count.add(raw) for raw in (1000, 65_530, 2000)] == [1000, -6, 2000]
 
 
 @pytest.mark.parametrize("silence", [5_000, 40_000, 65_600, 200_000])
-def test_a_long_silence_counts_what_was_sent_meanwhile_by_the_clock(silence):
+def test_samples_lost_in_a_long_silence_are_counted_by_the_clock(silence):
     counter = RollingCounter(16)
     feed(counter, range(100))
     number = counter.add((99 + silence) % 65536, 10**18 + (99 + silence) * MS + MS // 3)
@@ -105,7 +105,7 @@ def test_a_long_silence_counts_what_was_sent_meanwhile_by_the_clock(silence):
 
 
 @pytest.mark.parametrize(("bits", "pause_ms"), [(8, 300), (16, 5_000), (16, 100_000)])
-def test_a_device_that_paused_lost_nothing(bits, pause_ms):
+def test_a_device_that_paused_has_lost_no_sample(bits, pause_ms):
     counter = RollingCounter(bits)
     feed(counter, range(100))
     assert counter.add(100, 10**18 + (99 + pause_ms) * MS) == 100

@@ -10,12 +10,12 @@ from vsa_driver.settings import DriverSettings, MotorSettings, TransmissionSetti
 RIG = "package://vsa_driver/config/vsa_rig.dbc"
 
 
-def complaint(settings):
-    def set_up():
+def error_of(settings):
+    def configure():
         Router(load_frames(settings.dbc), settings)
 
     with pytest.raises(ConfigurationError) as caught:
-        set_up()
+        configure()
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -23,7 +23,7 @@ def complaint(settings):
 def test_the_defaults_map_the_simulated_rig():
     router = Router(load_frames(RIG), DriverSettings())
     assert list(router.transmissions) == ["transmission_1", "transmission_2"]
-    assert [part.stream.roles for part in router.joint] == [("angle", "torque", "counter")]
+    assert [channel.stream.roles for channel in router.joint] == [("angle", "torque", "counter")]
     assert router.motors is not None
 
 
@@ -33,20 +33,20 @@ def test_a_dbc_is_found_by_path_and_by_package():
 
 
 def test_signals_of_one_message_are_read_together_and_an_empty_one_is_left_out():
-    wanted = {
+    requested = {
         "a": ("p.a", "Joint.Angle"),
         "b": ("p.b", "Transmission1.Force"),
         "c": ("p.c", ""),
         "d": ("p.d", "Joint.RollingCounter"),
     }
-    found = sources(load_frames(RIG), wanted)
+    found = sources(load_frames(RIG), requested)
     assert [(source.message.name, source.roles) for source in found] == [
         ("Joint", ("a", "d")),
         ("Transmission1", ("b",)),
     ]
 
 
-def test_another_daq_needs_no_code(other_daq):
+def test_other_data_acquisition_is_mapped_by_parameters_alone(other_daq):
     router = Router(load_frames(other_daq.dbc), other_daq)
     assert [source.message.id for source in router.transmissions["transmission_2"].stream.sources] == [0x18FF017E, 32]
     assert router.transmissions["transmission_2"].stream.sources[0].message.extended
@@ -65,17 +65,17 @@ def test_another_daq_needs_no_code(other_daq):
         ({"encoder_signal": ""}, ["transmission_1.encoder_signal", "must be Message.Signal"]),
     ],
 )
-def test_a_signal_that_is_not_there_is_named_with_its_parameter(change, words):
-    said = complaint(replace(DriverSettings(), transmission_1=replace(TransmissionSettings(), **change)))
-    assert all(word in said for word in words), said
+def test_a_missing_signal_is_named_with_its_parameter(change, words):
+    text = error_of(replace(DriverSettings(), transmission_1=replace(TransmissionSettings(), **change)))
+    assert all(word in text for word in words), text
 
 
-def test_a_dbc_that_is_not_there_or_is_none_is_named(tmp_path):
-    assert "absent.dbc" in complaint(replace(DriverSettings(), dbc=str(tmp_path / "absent.dbc")))
-    assert "no package" in complaint(replace(DriverSettings(), dbc="package://no_such_package/x.dbc"))
+def test_a_missing_or_invalid_dbc_is_named(tmp_path):
+    assert "absent.dbc" in error_of(replace(DriverSettings(), dbc=str(tmp_path / "absent.dbc")))
+    assert "no package" in error_of(replace(DriverSettings(), dbc="package://no_such_package/x.dbc"))
     broken = tmp_path / "broken.dbc"
     broken.write_text("BO_ nonsense")
-    assert "broken.dbc" in complaint(replace(DriverSettings(), dbc=str(broken)))
+    assert "broken.dbc" in error_of(replace(DriverSettings(), dbc=str(broken)))
 
 
 @pytest.mark.parametrize(
@@ -86,8 +86,8 @@ def test_a_dbc_that_is_not_there_or_is_none_is_named(tmp_path):
         ("Joint.Angle", "Joint.ExternalTorque"),
     ],
 )
-def test_commands_that_no_single_message_carries_are_refused(signals):
-    assert "motors.command" in complaint(replace(DriverSettings(), motors=MotorSettings(command_signals=signals)))
+def test_command_signals_of_several_messages_are_refused(signals):
+    assert "motors.command" in error_of(replace(DriverSettings(), motors=MotorSettings(command_signals=signals)))
 
 
 @pytest.mark.parametrize("names", [("transmission_3",), ("transmission_1", "transmission_1"), ()])
@@ -96,7 +96,7 @@ def test_transmissions_are_the_two_of_a_joint_or_one_of_them(names):
         DriverSettings(transmissions=names)
 
 
-def test_limits_the_wrong_way_round_are_refused():
+def test_reversed_limits_are_refused():
     with pytest.raises(ConfigurationError, match="deflection_min"):
         TransmissionSettings(deflection_min=0.02, deflection_max=0.01)
     with pytest.raises(ConfigurationError, match="position_min"):

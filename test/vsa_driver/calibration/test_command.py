@@ -12,32 +12,32 @@ from vsa_driver.settings import DriverSettings
 SCALE, OFFSET = 1.0325, -0.42  # true = SCALE * read + OFFSET
 
 
-def pull(t):
-    """True force [N] of a slow pull up and down with a wobble."""
+def load_force(t):
+    """True force [N]: a slow sine over the range with a fast component."""
     return 60.0 + 55.0 * np.sin(2 * np.pi * t / 30.0) + 3.0 * np.sin(2 * np.pi * t / 2.3)
 
 
 def readings(seed, seconds=60.0, rate=100.0, noise=0.017):
     t = np.arange(0.0, seconds, 1 / rate)
-    return t, (pull(t) - OFFSET) / SCALE + np.random.default_rng(seed).normal(0.0, noise, t.size)
+    return t, (load_force(t) - OFFSET) / SCALE + np.random.default_rng(seed).normal(0.0, noise, t.size)
 
 
 def gauge_log(seed, lag=0.0, seconds=60.0, rate=10.0, noise=0.05):
     t = np.arange(0.0, seconds, 1 / rate)
-    return t + lag, pull(t) + np.random.default_rng(seed + 1000).normal(0.0, noise, t.size)
+    return t + lag, load_force(t) + np.random.default_rng(seed + 1000).normal(0.0, noise, t.size)
 
 
 def correlated(rng, size, std, memory):
-    """Gauss-Markov noise of that standard deviation, remembering so many samples."""
-    keep = np.exp(-1.0 / memory)
-    noise = rng.normal(0.0, std * np.sqrt(1 - keep**2), size)
+    """Gauss-Markov noise of standard deviation `std` and correlation time `memory` [samples]."""
+    decay = np.exp(-1.0 / memory)
+    noise = rng.normal(0.0, std * np.sqrt(1 - decay**2), size)
     noise[0] = rng.normal(0.0, std)
     for i in range(1, size):
-        noise[i] += keep * noise[i - 1]
+        noise[i] += decay * noise[i - 1]
     return noise
 
 
-def test_an_exact_line_is_found_exactly():
+def test_an_exact_line_is_recovered_exactly():
     force = np.linspace(-50.0, 150.0, 200)
     result = fit(force, SCALE * force + OFFSET)
     assert result.scale == pytest.approx(SCALE, abs=1e-12)
@@ -57,7 +57,7 @@ def test_white_residuals_give_the_textbook_standard_deviations():
 def test_intervals_hold_when_residuals_are_correlated_in_time():
     rng = np.random.default_rng(11)
     t = np.arange(0.0, 120.0, 0.05)
-    force = pull(t)
+    force = load_force(t)
     inside = []
     for _ in range(300):
         result = fit(force, SCALE * force + OFFSET + correlated(rng, t.size, 0.1, memory=20))
@@ -81,14 +81,14 @@ def test_a_gauge_with_its_own_rate_and_clock_is_aligned(lag):
     assert result.scale_std < 1e-3
 
 
-def test_samples_that_the_logger_missed_are_left_out():
+def test_samples_missing_in_a_log_are_left_out():
     force = np.linspace(0.0, 100.0, 100)
     reference = SCALE * force + OFFSET
     force[7] = reference[30] = np.nan
     assert fit(force, reference).samples == 98
 
 
-def test_what_determines_no_calibration_is_refused():
+def test_logs_that_determine_no_calibration_are_refused():
     with pytest.raises(GaugeError, match="at least 10"):
         fit(np.arange(9.0), np.arange(9.0))
     rest = np.random.default_rng(0).normal(20.0, 0.02, 1000)
@@ -109,7 +109,7 @@ def logs(tmp_path):
     return tmp_path
 
 
-def test_the_parameters_written_make_the_driver_read_the_gauges_force(logs, capsys):
+def test_the_written_parameters_give_the_gauges_force(logs, capsys):
     before = logs / "rig.yaml"
     recorded_with = {"force_scale": 0.5, "force_offset": 2.0, "force_reversed": True}
     before.write_text(yaml.safe_dump({"/**/driver": {"ros__parameters": {"transmission_2": recorded_with}}}))
@@ -124,7 +124,7 @@ def test_the_parameters_written_make_the_driver_read_the_gauges_force(logs, caps
     assert "scale" in capsys.readouterr().out
 
 
-def test_a_sensor_that_reads_backwards_is_turned(logs):
+def test_a_sensor_of_opposite_sign_is_reversed(logs):
     stamp, force = readings(5)
     write_columns(logs / "sensor.csv", {"stamp": stamp, "force": -force})
     out = logs / "calibrated.yaml"
@@ -134,9 +134,9 @@ def test_a_sensor_that_reads_backwards_is_turned(logs):
     assert after.force_scale == pytest.approx(SCALE, rel=1e-3)
 
 
-def test_one_file_with_both_needs_no_reference(tmp_path, capsys):
+def test_a_file_with_both_columns_needs_no_reference(tmp_path, capsys):
     stamp, force = readings(2)
-    write_columns(tmp_path / "both.csv", {"stamp": stamp, "force": force, "reference": pull(stamp)})
+    write_columns(tmp_path / "both.csv", {"stamp": stamp, "force": force, "reference": load_force(stamp)})
     assert main([str(tmp_path / "both.csv")]) == 0
     printed = capsys.readouterr().out
     parameters = yaml.safe_load(printed[printed.index("# ") :])["/**/driver"]["ros__parameters"]["transmission_1"]
@@ -175,10 +175,10 @@ def test_a_bag_is_calibrated_like_a_table(logs):
         (["sensor.csv", "--reference", "gauge.csv", "--config", "words.csv"], "words.csv"),
     ],
 )
-def test_what_cannot_be_used_is_said_in_one_line(logs, monkeypatch, capsys, arguments, words):
+def test_unusable_input_is_an_error_of_one_line(logs, monkeypatch, capsys, arguments, words):
     (logs / "words.csv").write_text("stamp,force\n0,1\n1,much\n")
     monkeypatch.chdir(logs)
     assert main(arguments) == 1
-    said = capsys.readouterr().err
-    assert words in said
-    assert said.count("\n") == 1
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1

@@ -1,4 +1,4 @@
-"""The CAN door, over a real multicast socket and python-can's virtual bus."""
+"""The CAN bus, over a real multicast socket and python-can's virtual bus."""
 
 import socket
 import struct
@@ -30,7 +30,7 @@ def test_a_frame_crosses_the_virtual_bus():
     assert (frame.arbitration_id, bytes(frame.data), frame.is_extended_id) == (0x18FF0102, b"\x01", True)
 
 
-def test_another_group_on_the_same_port_is_not_heard():
+def test_another_group_on_the_same_port_is_not_received():
     elsewhere = BusConfig(channel="239.74.163.78", options=("hop_limit=0", f"port={PORT}"))
     with open_bus(MULTICAST) as sender, open_bus(elsewhere) as other, open_bus(MULTICAST) as receiver:
         sender.send(0x101, b"\x01")
@@ -38,18 +38,18 @@ def test_another_group_on_the_same_port_is_not_heard():
         assert other.receive(0.0) is None
 
 
-def test_ignored_identifiers_stay_in_the_kernel_and_all_others_arrive():
+def test_ignored_identifiers_are_dropped_by_the_kernel_and_all_others_arrive():
     with open_bus(MULTICAST) as sender, open_bus(MULTICAST) as receiver:
         receiver.ignore((0x101, 0x102, 0x720))
         for identifier in (0x101, 0x100, 0x102, 0x720, 0x20, 0x200, 0x7FF):
             sender.send(identifier, b"\x01")
         sender.send(0x18FF0102, b"\x01", extended=True)
-        heard = [receiver.receive(1.0).arbitration_id for _ in range(5)]
+        received = [receiver.receive(1.0).arbitration_id for _ in range(5)]
         assert receiver.receive(0.0) is None
-    assert heard == [0x100, 0x20, 0x200, 0x7FF, 0x18FF0102]
+    assert received == [0x100, 0x20, 0x200, 0x7FF, 0x18FF0102]
 
 
-def test_a_machine_without_any_network_still_has_its_bus():
+def test_the_multicast_bus_works_on_a_machine_without_network():
     script = (
         "from vsa_driver.can.bus import BusConfig, open_bus\n"
         "with open_bus(BusConfig()) as sender, open_bus(BusConfig()) as receiver:\n"
@@ -64,10 +64,10 @@ def test_a_machine_without_any_network_still_has_its_bus():
     assert (run.stdout.strip(), run.stderr) == ("0x101 b'abc' True", "")
 
 
-def test_a_datagram_that_is_no_frame_is_told_from_a_failing_bus():
-    with open_bus(MULTICAST) as receiver, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-        stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, struct.pack("@I", 0))
-        stranger.sendto(b"hello", (CHANNEL, PORT))
+def test_a_datagram_that_is_no_frame_is_distinguished_from_a_bus_failure():
+    with open_bus(MULTICAST) as receiver, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other_sender:
+        other_sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, struct.pack("@I", 0))
+        other_sender.sendto(b"hello", (CHANNEL, PORT))
         with pytest.raises(MalformedFrame):
             receiver.receive(1.0)
 
@@ -89,14 +89,14 @@ def test_a_closed_bus_raises_a_bus_error():
         (BusConfig(options=("hop_limit",)), "CAN bus option 'hop_limit': expected key=value"),
     ],
 )
-def test_a_bus_that_does_not_exist_gets_one_clear_line(config, reason):
+def test_a_bus_that_cannot_be_opened_is_an_error_of_one_line(config, reason):
     with pytest.raises(BusError) as caught:
         open_bus(config)
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_options_take_the_type_that_they_look_like():
+def test_options_are_parsed_as_bool_int_float_or_text():
     options = ("fd=true", "hop_limit=0", "port=0x10", "timeout=0.5", "name=can a", "empty=")
     expected = {"fd": True, "hop_limit": 0, "port": 16, "timeout": 0.5, "name": "can a", "empty": ""}
     parsed = parse_options(options)

@@ -1,4 +1,4 @@
-"""The DBC door: literal frames."""
+"""Encoding and decoding by a DBC file, against literal frames."""
 
 import cantools
 import numpy as np
@@ -45,7 +45,7 @@ def test_identifiers_are_those_of_the_interface_document(rig):
     assert {name: rig.message(name).id for name in names} == names
 
 
-def test_a_motorola_signal_counts_its_bits_from_the_top(other):
+def test_a_motorola_signal_is_big_endian(other):
     # High: bytes 0 and 1, high byte first, 0xFFFE = -2, times 0.5 plus 10
     assert other.message("Motorola").reader("High")(bytes.fromhex("fffe000000000000")) == (9.0,)
 
@@ -92,12 +92,12 @@ def test_a_wrong_length_is_refused(rig, size):
         {"Force": 1.0, "EncoderCount": 65536, "RollingCounter": 0},
     ],
 )
-def test_values_that_do_not_fit_are_refused_by_message_name(rig, values):
+def test_missing_values_and_values_out_of_range_are_refused_by_message_name(rig, values):
     with pytest.raises(FrameError, match="Transmission1"):
         rig.message("Transmission1").encode(values)
 
 
-def test_a_dbc_that_is_not_there_or_no_dbc_gets_one_line(tmp_path):
+def test_a_missing_or_invalid_dbc_is_an_error_of_one_line(tmp_path):
     broken = tmp_path / "broken.dbc"
     broken.write_text("BO_ this is no dbc")
     for path in (tmp_path / "none.dbc", broken):
@@ -107,7 +107,7 @@ def test_a_dbc_that_is_not_there_or_no_dbc_gets_one_line(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["Transmission1", "Joint", "MotorState", "MotorCommand"])
-def test_the_quick_reader_reads_what_cantools_decodes(name):
+def test_the_fast_reader_equals_cantools(name):
     message = FrameSet(RIG_DBC).message(name)
     reference = cantools.database.load_file(RIG_DBC).get_message_by_name(name)
     names = [signal.name for signal in reference.signals]
@@ -119,7 +119,7 @@ def test_the_quick_reader_reads_what_cantools_decodes(name):
 
 
 @pytest.mark.parametrize("name", ["Transmission1", "Joint", "MotorState", "MotorCommand"])
-def test_the_quick_writer_writes_what_cantools_encodes(name):
+def test_the_fast_encoder_equals_cantools(name):
     message = FrameSet(RIG_DBC).message(name)
     reference = cantools.database.load_file(RIG_DBC).get_message_by_name(name)
     generator = np.random.default_rng(2)

@@ -17,7 +17,7 @@ VIRTUAL = BusConfig(interface="virtual", channel="test_link", options=())
 
 
 class FailingOpener:
-    """Opens the virtual bus; fails to as often as it is told."""
+    """Opens the virtual bus; the next `failures` attempts fail."""
 
     def __init__(self):
         self.failures = 0
@@ -78,11 +78,11 @@ def test_every_frame_arrives_in_order(link, frames):
         assert [int.from_bytes(frames.get(timeout=5).data, "little") for _ in range(500)] == list(range(500))
 
 
-def test_a_busy_thread_rests_and_then_takes_every_frame_in_order(opener, downs, monkeypatch):
+def test_a_busy_thread_reads_frames_in_batches_and_in_order(opener, downs, monkeypatch):
     monkeypatch.setattr(rest, "TIRED", -1.0)
     monkeypatch.setattr(rest, "WINDOW_S", 0.0)
     taken = []
-    link = BusLink(VIRTUAL, lambda frame: taken.append((time.monotonic(), frame)), downs.put, opener, rest=0.05)
+    link = BusLink(VIRTUAL, lambda frame: taken.append((time.monotonic(), frame)), downs.put, opener, coalescing_s=0.05)
     link.open()
     with open_bus(VIRTUAL) as sender:
         for i in range(200):
@@ -91,16 +91,16 @@ def test_a_busy_thread_rests_and_then_takes_every_frame_in_order(opener, downs, 
     link.close()
     assert [int.from_bytes(frame.data, "little") for _, frame in taken] == list(range(200))
     gaps = [after - before for (before, _), (after, _) in pairwise(taken)]
-    assert sum(gap > 0.03 for gap in gaps) < 20  # of 200: the others came together
+    assert sum(gap > 0.03 for gap in gaps) < 20  # of 200: the others arrived in batches
 
 
-def test_what_is_sent_reaches_the_bus(link):
+def test_a_sent_frame_reaches_the_bus(link):
     with open_bus(VIRTUAL) as listener:
         link.send(0x200, b"\x01\x02", extended=False, fd=False)
         assert bytes(listener.receive(1.0).data) == b"\x01\x02"
 
 
-def test_a_bus_that_fails_is_told_of_within_a_second_and_opened_again_with_growing_waits():
+def test_a_failed_bus_is_reported_within_a_second_and_reopened_with_growing_waits():
     opener, frames, downs = FailingOpener(), queue.Queue(), queue.Queue()
     with opened(opener, frames, downs) as link:
         opener.failures = 3
@@ -120,14 +120,14 @@ def test_a_bus_that_fails_is_told_of_within_a_second_and_opened_again_with_growi
             assert bytes(frames.get(timeout=1.0).data) == b"\x07"
 
 
-def test_an_error_frame_that_says_bus_off_closes_and_reopens_the_bus(link, downs):
+def test_a_bus_off_error_frame_closes_and_reopens_the_bus(link, downs):
     with open_bus(VIRTUAL) as sender:
         sender._bus.send(Frame(arbitration_id=0x40, is_extended_id=False, is_error_frame=True, dlc=8, data=bytes(8)))
         assert "bus-off" in downs.get(timeout=1.0)
     until(lambda: link.reopened == 1)
 
 
-def test_a_bus_that_cannot_be_opened_at_first_is_an_error(opener):
+def test_a_bus_that_fails_to_open_at_start_raises(opener):
     opener.failures = 1
     with pytest.raises(BusError, match="interface is down"):
         BusLink(VIRTUAL, print, print, opener).open()

@@ -11,14 +11,14 @@ LIMITS = MotorLimits(position_min=-2.0, position_max=3.0, speed_max=5.0, timeout
 
 def armed_gate(at=(0.5, -0.25), now=100.0):
     gate = MotorGate(LIMITS)
-    gate.measured(at, now)
+    gate.update_position(at, now)
     gate.arm(now)
     return gate
 
 
 def test_nothing_is_sent_before_arming():
     gate = MotorGate(LIMITS)
-    gate.measured((0.0, 0.0), 0.0)
+    gate.update_position((0.0, 0.0), 0.0)
     with pytest.raises(CommandRefused, match="not armed"):
         gate.command((0.1, 0.1), 0.0)
     assert gate.step(0.0) is None
@@ -35,12 +35,12 @@ def test_arming_without_a_fresh_position_is_refused():
     gate = MotorGate(LIMITS)
     with pytest.raises(CommandRefused, match="not being received"):
         gate.arm(0.0)
-    gate.measured((0.0, 0.0), 10.0)
+    gate.update_position((0.0, 0.0), 10.0)
     with pytest.raises(CommandRefused):
         gate.arm(11.0)
 
 
-def test_a_far_command_is_approached_at_the_speed_limit_and_reached():
+def test_a_distant_command_is_approached_at_the_speed_limit_and_reached():
     gate = armed_gate(at=(0.0, 0.0))
     now, sent = 100.0, []
     for _ in range(100):
@@ -51,7 +51,7 @@ def test_a_far_command_is_approached_at_the_speed_limit_and_reached():
     assert max(speeds) <= 5.0 + 1e-6
     assert sent[0][0] == pytest.approx(0.05)
     assert sent[-1] == (1.0, -0.02)
-    assert gate.slowed == pytest.approx(20, abs=1)
+    assert gate.rate_limited == pytest.approx(20, abs=1)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_a_command_that_is_not_finite_out_of_limits_or_of_another_length_is_refu
     assert gate.refused == 1
 
 
-def test_a_silent_controller_ends_the_commands_and_a_new_one_goes_on_from_there():
+def test_commands_end_when_the_controller_times_out_and_a_new_one_continues_from_there():
     gate = armed_gate(at=(0.0, 0.0))
     gate.command((3.0, 0.0), 100.0)
     gate.step(100.1)
@@ -80,7 +80,7 @@ def test_a_silent_controller_ends_the_commands_and_a_new_one_goes_on_from_there(
     assert gate.step(110.0)[0] - last[0] <= LIMITS.speed_max * LIMITS.timeout
 
 
-def test_a_refused_command_does_not_feed_the_watchdog():
+def test_a_refused_command_does_not_reset_the_watchdog():
     gate = armed_gate()
     for i in range(30):
         with pytest.raises(CommandRefused):
@@ -88,26 +88,26 @@ def test_a_refused_command_does_not_feed_the_watchdog():
     assert gate.step(100.3) is None
 
 
-def test_disarming_stops_at_once_and_says_why_to_the_next_command():
+def test_disarming_takes_effect_at_once_and_the_next_command_is_refused_with_its_reason():
     gate = armed_gate()
     gate.disarm("the bus failed")
     assert gate.step(100.01) is None
     with pytest.raises(CommandRefused, match="the bus failed"):
         gate.command((0.0, 0.0), 100.01)
-    gate.measured((1.0, 1.0), 101.0)
+    gate.update_position((1.0, 1.0), 101.0)
     gate.arm(101.0)
     assert gate.step(101.0) == (1.0, 1.0)
 
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from("mcasd"), st.floats(), st.floats(), st.floats(0.0, 1.0)), max_size=60))
-def test_whatever_comes_no_step_is_faster_than_the_limit_or_goes_further_out_of_bounds(events):
+def test_no_sequence_of_events_gives_an_output_beyond_the_speed_or_position_limits(events):
     gate, now, last = MotorGate(LIMITS), 0.0, None
     for kind, one, two, wait in events:
         now += wait
         try:
             if kind == "m" and math.isfinite(one) and math.isfinite(two):
-                gate.measured((math.fmod(one, 2.0), math.fmod(two, 2.0)), now)
+                gate.update_position((math.fmod(one, 2.0), math.fmod(two, 2.0)), now)
             elif kind == "c":
                 gate.command((one, two), now)
             elif kind == "a":

@@ -67,7 +67,7 @@ class Loop:
         first = len(self.rows)
         for k in range(round(100 * seconds)):
             self.rig.command(*self.control.step(Target(equilibrium, stiffness), self.live))
-            self.rig.push = push(0.01 * k)
+            self.rig.set_disturbance(push(0.01 * k))
             self.read()
         return np.array(self.rows[first:])
 

@@ -1,13 +1,13 @@
-"""Failures: the words, and what each does to readings and frames."""
+"""Failures: syntax, and the effect of each on readings and frames."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from vsa_driver.can.frames import RIG_DBC
+from ament_index_python.packages import get_package_share_directory
 from vsa_simulator.faults.failure import INSTANCES, TYPES, Event, Failure, FailureError, parse, scenario
-from vsa_simulator.faults.injection import Faults, Outgoing
+from vsa_simulator.faults.injection import Faults, TxFrame
 from vsa_simulator.rig.config import SensorConfig
 
 RATE = 100
@@ -20,7 +20,7 @@ def faults(*words, at=0):
     return injected
 
 
-def said(injected, component, values, instance=1):
+def readings(injected, component, values, instance=1):
     out = []
     for sample, value in enumerate(values):
         injected.expire(sample)
@@ -33,11 +33,11 @@ def sent(injected, samples, instance=1):
     out = []
     for sample in range(samples):
         injected.expire(sample)
-        out += [(sample, f.data[0]) for f in injected.frames(instance, Outgoing(0x101, bytes([sample])), sample)]
+        out += [(sample, f.data[0]) for f in injected.frames(instance, TxFrame(0x101, bytes([sample])), sample)]
     return out
 
 
-def test_the_words_of_px4_are_understood():
+def test_the_syntax_of_px4_is_parsed():
     assert parse("failure force stuck -i 1 -t 5") == Failure("force", "stuck", 1, 5.0)
     for kind in ("ok", "off", "stuck", "garbage", "slow", "delayed", "intermittent"):
         for component in INSTANCES:
@@ -45,7 +45,7 @@ def test_the_words_of_px4_are_understood():
     assert parse("force wrong").kind == "wrong"
 
 
-def test_a_failure_reads_back_as_it_is_written():
+def test_the_text_of_a_failure_parses_to_itself():
     for text in ("force stuck -i 1 -t 5", "encoder drift -v 0.0002", "can_signal bus_off -t 0.5", "torque ok"):
         assert parse(str(parse(text))) == parse(text)
 
@@ -69,13 +69,13 @@ def test_a_failure_reads_back_as_it_is_written():
         ("force 'off", "No closing quotation"),
     ],
 )
-def test_words_that_mean_nothing_are_refused_with_the_reason(words, reason):
+def test_invalid_failures_are_refused_with_the_reason(words, reason):
     with pytest.raises(FailureError) as caught:
         parse(words)
     assert reason in str(caught.value)
 
 
-def test_a_scenario_is_a_list_of_events_in_their_order():
+def test_a_scenario_is_a_list_of_events_by_time():
     events = scenario([{"at": 5, "failure": "force off"}, {"at": 2.5, "push": -0.1}])
     assert events == (Event(2.5, push=-0.1), Event(5.0, Failure("force", "off")))
 
@@ -91,7 +91,7 @@ def test_a_scenario_is_a_list_of_events_in_their_order():
         ([{"at": 1.0, "failure": "force of"}], "entry 1: 'force of': no failure type 'of'"),
     ],
 )
-def test_a_scenario_that_is_none_is_refused_with_the_entry(entries, reason):
+def test_an_invalid_scenario_is_refused_with_the_entry(entries, reason):
     with pytest.raises(FailureError) as caught:
         scenario(entries)
     assert reason in str(caught.value)
@@ -112,44 +112,44 @@ def test_a_scenario_that_is_none_is_refused_with_the_entry(entries, reason):
         ("force stuck -i 2", [1, 2, 3, 4, 5, 6]),
     ],
 )
-def test_what_a_failing_force_sensor_says(words, expected):
+def test_readings_of_a_faulty_force_sensor(words, expected):
     injected = faults(words)
-    assert said(injected, "force", [1, 2, 3, 4, 5, 6]) == expected
-    assert said(injected, "angle", [1, 2]) == [1, 2]
+    assert readings(injected, "force", [1, 2, 3, 4, 5, 6]) == expected
+    assert readings(injected, "angle", [1, 2]) == [1, 2]
 
 
 def test_garbage_fills_the_range_of_the_sensor():
-    values = np.array(said(faults("force garbage"), "force", np.full(2000, 30.0)))
+    values = np.array(readings(faults("force garbage"), "force", np.full(2000, 30.0)))
     assert -200.0 <= values.min() < -190.0
     assert 190.0 < values.max() <= 200.0
-    counts = np.array(said(faults("encoder garbage"), "encoder", np.full(2000, 1000.0)))
+    counts = np.array(readings(faults("encoder garbage"), "encoder", np.full(2000, 1000.0)))
     assert (counts >= 0).all()
     assert (counts <= 65535).all()
     assert np.ptp(counts) > 60000
 
 
-def test_ten_times_the_noise_is_ten_times_the_noise():
+def test_a_noise_failure_multiplies_the_standard_deviation():
     quiet = 30.0 + 0.017 * np.random.default_rng(1).standard_normal(4000)
-    assert np.std(said(faults("force noise -v 10"), "force", quiet)) == pytest.approx(0.17, rel=0.03)
+    assert np.std(readings(faults("force noise -v 10"), "force", quiet)) == pytest.approx(0.17, rel=0.03)
 
 
-def test_an_intermittent_sensor_drops_the_fraction_that_it_should():
-    values = np.array(said(faults("force intermittent -v 0.2"), "force", np.full(5000, 30.0)))
+def test_an_intermittent_sensor_drops_its_fraction_of_readings():
+    values = np.array(readings(faults("force intermittent -v 0.2"), "force", np.full(5000, 30.0)))
     assert np.mean(values == 0.0) == pytest.approx(0.2, abs=0.02)
     assert set(values) == {0.0, 30.0}
 
 
-def test_encoder_faults_speak_in_counts_and_stay_within_the_counter():
-    assert said(faults("encoder wrong -v 0.002"), "encoder", [1000, 65500]) == [1200, 164]
-    assert said(faults("encoder spike"), "encoder", [1000, 1001]) == [1100, 1001]
-    assert said(faults("encoder saturated"), "encoder", [1000]) == [2000]
+def test_encoder_faults_are_in_counts_and_wrap():
+    assert readings(faults("encoder wrong -v 0.002"), "encoder", [1000, 65500]) == [1200, 164]
+    assert readings(faults("encoder spike"), "encoder", [1000, 1001]) == [1100, 1001]
+    assert readings(faults("encoder saturated"), "encoder", [1000]) == [2000]
 
 
-def test_a_wrapping_encoder_counts_on_through_its_end():
-    assert said(faults("encoder wrap"), "encoder", [1000, 1001, 1003, 999]) == [65535, 0, 2, 65534]
+def test_a_wrapping_encoder_continues_through_zero():
+    assert readings(faults("encoder wrap"), "encoder", [1000, 1001, 1003, 999]) == [65535, 0, 2, 65534]
 
 
-def test_both_instances_keep_their_own_memory():
+def test_each_instance_holds_its_own_value():
     injected = faults("force stuck")
     assert [injected.reading("force", instance, value, 0) for instance, value in ((1, 5.0), (2, 7.0))] == [5.0, 7.0]
     assert [injected.reading("force", instance, 9.0, 1) for instance in (1, 2)] == [5.0, 7.0]
@@ -168,31 +168,31 @@ def test_both_instances_keep_their_own_memory():
         ("can_signal off -i 2", [(n, n) for n in range(6)]),
     ],
 )
-def test_what_a_failing_bus_carries(words, expected):
+def test_frames_of_a_faulty_bus(words, expected):
     assert sent(faults(words), 6) == expected
 
 
-def test_intermittent_frames_are_lost_by_the_fraction_that_they_should():
+def test_intermittent_frames_are_lost_by_their_fraction():
     injected = faults("can_signal intermittent -v 0.3")
-    count = sum(len(injected.frames(1, Outgoing(0x101, b"\0"), n)) for n in range(5000))
+    count = sum(len(injected.frames(1, TxFrame(0x101, b"\0"), n)) for n in range(5000))
     assert count / 5000 == pytest.approx(0.7, abs=0.02)
 
 
 def test_garbage_frames_have_any_length_under_the_same_identifier():
     injected = faults("can_signal garbage")
-    frames = [injected.frames(1, Outgoing(0x101, bytes(7)), n)[0] for n in range(300)]
+    frames = [injected.frames(1, TxFrame(0x101, bytes(7)), n)[0] for n in range(300)]
     assert {frame.arbitration_id for frame in frames} == {0x101}
     assert {len(frame.data) for frame in frames} == set(range(9))
 
 
-def test_bus_off_is_one_error_frame_and_then_silence_for_all():
+def test_bus_off_is_one_error_frame_and_then_no_frame_of_any_kind():
     injected = faults("can_signal bus_off -t 0.03")
-    going = []
+    frames = []
     for sample in range(5):
         injected.expire(sample)
         for instance in (1, 2, 0):
-            going += [(sample, frame.error) for frame in injected.frames(instance, Outgoing(1, b""), sample)]
-    assert going == [(0, True)] + [(sample, False) for sample in (3, 3, 3, 4, 4, 4)]
+            frames += [(sample, frame.error) for frame in injected.frames(instance, TxFrame(1, b""), sample)]
+    assert frames == [(0, True)] + [(sample, False) for sample in (3, 3, 3, 4, 4, 4)]
 
 
 def test_ok_ends_what_it_names_and_nothing_else():
@@ -204,11 +204,11 @@ def test_ok_ends_what_it_names_and_nothing_else():
 
 
 def test_failures_add_up():
-    assert said(faults("force wrong -v 1", "force stuck"), "force", [5, 6, 7]) == [6, 6, 6]
+    assert readings(faults("force wrong -v 1", "force stuck"), "force", [5, 6, 7]) == [6, 6, 6]
 
 
-def test_the_same_seed_fails_in_the_same_way():
-    one, two = (said(faults("force garbage"), "force", range(50)) for _ in range(2))
+def test_the_same_seed_gives_the_same_failure():
+    one, two = (readings(faults("force garbage"), "force", range(50)) for _ in range(2))
     assert one == two
 
 
@@ -222,14 +222,14 @@ def test_every_type_works_on_every_component_that_supports_it():
                 continue
             supported += 1
             if component == "can_signal":
-                injected.frames(1, Outgoing(1, bytes(7)), 0)
+                injected.frames(1, TxFrame(1, bytes(7)), 0)
             else:
                 assert np.isfinite(injected.reading(component, 1, 12.0, 0))
     assert supported == 4 * 12 + 1 + 10
 
 
-def test_the_scenario_that_comes_with_the_rig_is_read_and_has_every_fault_that_a_lab_rehearses():
-    path = Path(RIG_DBC).with_name("scenario_faults.yaml")
+def test_the_packaged_scenario_is_valid_and_has_every_fault_class():
+    path = Path(get_package_share_directory("vsa_simulator"), "config", "scenario_faults.yaml")
     kinds = {event.failure.kind for event in scenario(yaml.safe_load(path.read_text()))}
     assert kinds >= {
         "stuck", "intermittent", "spike", "drift", "noise", "delayed", "duplicate", "bus_off", "wrap", "saturated",

@@ -1,4 +1,4 @@
-"""The rig as one object: sensors, motors with their watchdog, blocks, seeds."""
+"""The rig: sensors, motors with their watchdog, blocks, seeds."""
 
 import ast
 import os
@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import vsa_simulator.rig as rig_package
+import vsa_simulator.faults
+import vsa_simulator.rig
 from vsa_common.config.configuration import ConfigurationError
 from vsa_simulator.rig.config import MotorConfig, RigConfig, SensorConfig, TorqueConfig
 from vsa_simulator.rig.dynamics import TRUTH
@@ -28,8 +29,8 @@ def column(truth, name):
 
 def test_blocks_of_any_size_give_the_same_rig():
     whole = Rig(RigConfig(seed=3)).advance(300)
-    parts = Rig(RigConfig(seed=3))
-    blocks = [parts.advance(n) for n in (1, 99, 150, 50)]
+    split = Rig(RigConfig(seed=3))
+    blocks = [split.advance(n) for n in (1, 99, 150, 50)]
     assert [block.first for block in blocks] == [0, 1, 100, 250]
     np.testing.assert_array_equal(np.concatenate([b.truth for b in blocks]), whole.truth)
     for name in whole.readings._fields:
@@ -37,7 +38,7 @@ def test_blocks_of_any_size_give_the_same_rig():
         np.testing.assert_array_equal(together, getattr(whole.readings, name))
 
 
-def test_plain_python_computes_what_the_compiled_code_does():
+def test_plain_python_equals_the_compiled_code():
     script = (
         "from vsa_simulator.rig.config import RigConfig, FrictionConfig; from vsa_simulator.rig.rig import Rig;"
         "rig = Rig(RigConfig(rate_hz=2000, friction=FrictionConfig(model='lugre')));"
@@ -56,7 +57,7 @@ def test_plain_python_computes_what_the_compiled_code_does():
     np.testing.assert_allclose(np.array(plain, float), np.array(compiled, float), rtol=1e-9, atol=1e-15)
 
 
-def test_another_seed_gives_other_noise_about_the_same_truth():
+def test_another_seed_gives_other_noise_and_the_same_truth():
     one, other = Rig(RigConfig(seed=1)).advance(50), Rig(RigConfig(seed=2)).advance(50)
     np.testing.assert_array_equal(one.truth, other.truth)
     assert not np.array_equal(one.readings.forces, other.readings.forces)
@@ -78,7 +79,7 @@ def test_sensor_noise_has_the_configured_standard_deviation():
         assert abs(np.corrcoef(noise[1:], noise[:-1])[0, 1]) < 0.03  # white
 
 
-def test_readings_without_noise_are_the_truth():
+def test_readings_without_noise_equal_the_truth():
     samples = Rig(replace(RigConfig(), sensors=PERFECT)).advance(500)
     np.testing.assert_array_equal(samples.readings.forces[:, 0], column(samples.truth, "force_1"))
     np.testing.assert_array_equal(samples.readings.angle, column(samples.truth, "angle"))
@@ -101,18 +102,18 @@ def test_the_force_sensor_saturates_at_its_range():
     assert samples.readings.forces.max() == 30.0
 
 
-def test_without_commands_both_rods_follow_the_profile_and_the_joint_stays():
+def test_without_commands_both_rods_follow_the_profile_and_the_joint_is_at_rest():
     truth = Rig(RigConfig()).advance(20000).truth
     time, x = column(truth, "time"), column(truth, "deflection_1")
     late = time > 2.0
     tone = [(0.004, 0.05, 0.0), (0.00016, 0.7, 1.3), (0.00008, 1.7, 2.6)]
-    wanted = 0.0105 + sum(a * np.sin(2 * np.pi * f * time + p) for a, f, p in tone)
-    assert np.abs(x - wanted)[late].max() < 3e-4
+    profile = 0.0105 + sum(a * np.sin(2 * np.pi * f * time + p) for a, f, p in tone)
+    assert np.abs(x - profile)[late].max() < 3e-4
     assert np.ptp(column(truth, "deflection_2")) > 6e-3
     assert np.abs(column(truth, "angle")).max() < 0.03
 
 
-def test_a_command_overrides_the_profile_and_the_motors_get_there():
+def test_a_command_overrides_the_profile_and_the_motors_reach_it():
     rig = Rig(STILL)
     rig.advance(10)
     start = rig.motors
@@ -123,7 +124,7 @@ def test_a_command_overrides_the_profile_and_the_motors_get_there():
     assert not rig.holding
 
 
-def test_a_motor_answers_a_step_as_a_critically_damped_system_of_its_bandwidth():
+def test_the_step_response_of_a_motor_is_critically_damped_at_its_bandwidth():
     rig = Rig(replace(STILL, motors=MotorConfig(speed_limit=1000.0, watchdog=10.0)))
     start = rig.motors[0]
     rig.command(start + 0.01, rig.motors[1])
@@ -134,7 +135,7 @@ def test_a_motor_answers_a_step_as_a_critically_damped_system_of_its_bandwidth()
     )
 
 
-def test_motors_keep_their_speed_and_place_limits():
+def test_motors_keep_their_speed_and_position_limits():
     rig = Rig(replace(STILL, motors=MotorConfig(watchdog=10.0, upper_limit=2.5)))
     rig.command(80.0, 80.0)
     motor = column(rig.advance(3000).truth, "motor_1")
@@ -144,7 +145,7 @@ def test_motors_keep_their_speed_and_place_limits():
     assert motor[-1] == pytest.approx(2.5, abs=1e-6)
 
 
-def test_motors_hold_where_they_are_when_commands_stop_and_go_on_when_they_return():
+def test_motors_hold_their_position_when_commands_stop_and_move_when_they_return():
     rig = Rig(STILL)
     for _ in range(50):
         rig.command(rig.motors[0] + 0.3, rig.motors[1])
@@ -157,7 +158,7 @@ def test_motors_hold_where_they_are_when_commands_stop_and_go_on_when_they_retur
     held = rig.motors[0]
     for _ in range(300):
         rig.advance(1)
-    assert rig.motors[0] == pytest.approx(held, abs=0.2)  # it comes to rest, the profile stays out
+    assert rig.motors[0] == pytest.approx(held, abs=0.2)  # it comes to rest, the profile does not resume
     resting = rig.motors[0]
     rig.advance(1000)
     assert rig.motors[0] == pytest.approx(resting, abs=1e-3)
@@ -167,7 +168,7 @@ def test_motors_hold_where_they_are_when_commands_stop_and_go_on_when_they_retur
     assert rig.motors[0] > resting + 0.05
 
 
-def test_the_watchdog_leaves_a_rig_alone_that_was_never_commanded():
+def test_the_watchdog_is_inactive_before_the_first_command():
     rig = Rig(RigConfig())
     rig.advance(2000)
     rig.advance(1)
@@ -189,14 +190,15 @@ def test_time_is_the_sample_over_the_rate():
         (RigConfig(torque=TorqueConfig(amplitudes=(0.1,))), "torque.amplitudes, frequencies and phases"),
     ],
 )
-def test_a_rig_that_cannot_be_is_refused(config, text):
+def test_an_inconsistent_configuration_is_refused(config, text):
     with pytest.raises(ConfigurationError, match=text):
         Rig(config)
 
 
-def test_the_rig_imports_nothing_of_what_estimates_from_it_nor_any_input_or_output():
-    forbidden = ("vsa_estimator", "vsa_joint", "vsa_bringup", "rclpy", "can", "cantools", "time", "open")
-    for path in Path(rig_package.__file__).parent.glob("*.py"):
+@pytest.mark.parametrize("folder", [vsa_simulator.rig, vsa_simulator.faults])
+def test_rig_and_faults_import_neither_an_estimator_nor_ros_nor_a_bus(folder):
+    forbidden = ("vsa_estimator", "vsa_joint", "vsa_bringup", "vsa_driver", "rclpy", "can", "cantools", "time", "open")
+    for path in Path(folder.__path__[0]).glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom):

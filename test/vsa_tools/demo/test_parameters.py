@@ -1,4 +1,4 @@
-"""The parameter file of a run: what it changes is changed, all else is the paper's rig."""
+"""The parameter file of a run: its own values over those of the paper's rig."""
 
 import argparse
 from pathlib import Path
@@ -12,9 +12,9 @@ from vsa_driver.settings import DriverSettings
 from vsa_estimator.settings import NodeConfig
 from vsa_simulator.node import SimulatorConfig
 from vsa_tools.demo.command import clear, write_run
-from vsa_tools.demo.isolation import claim_corner
-from vsa_tools.demo.parameters import base_parameters, lay_over, write_parameters
-from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario
+from vsa_tools.demo.isolation import claim_domain
+from vsa_tools.demo.parameters import base_parameters, merge, write_parameters
+from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario
 
 
 def options(folder: Path, seed: int = 3) -> argparse.Namespace:
@@ -27,9 +27,9 @@ def parameters(tmp_path):
     return write_run(tmp_path, options(tmp_path), 61_234, changes)
 
 
-def test_layers_change_single_values_and_leave_the_others():
+def test_layers_change_single_values_only():
     base = {"a": {"x": 1, "deep": {"y": 2, "z": 3}}}
-    assert lay_over(base, {"a": {"deep": {"z": 4}}, "b": 5}) == {"a": {"x": 1, "deep": {"y": 2, "z": 4}}, "b": 5}
+    assert merge(base, {"a": {"deep": {"z": 4}}, "b": 5}) == {"a": {"x": 1, "deep": {"y": 2, "z": 4}}, "b": 5}
     assert base == {"a": {"x": 1, "deep": {"y": 2, "z": 3}}}
 
 
@@ -49,7 +49,7 @@ def load_without_autostart(path: Path) -> DriverSettings:
     return load(path, "driver", DriverSettings)
 
 
-def test_estimators_start_wrong_but_within_what_their_standard_deviations_allow(parameters):
+def test_initial_coefficients_are_perturbed_within_two_standard_deviations(parameters):
     for side, k2 in ((1, 267.2), (2, 165.6)):
         start = load(parameters, f"estimator_{side}", NodeConfig).initial
         assert abs(start.k2 / k2 - 1.0) == pytest.approx(0.3)
@@ -57,7 +57,7 @@ def test_estimators_start_wrong_but_within_what_their_standard_deviations_allow(
         assert abs(start.force_offset - {1: 16.39, 2: 8.269}[side]) < 2.0 * start.force_offset_std
 
 
-def test_another_seed_is_another_start(tmp_path):
+def test_different_seeds_give_different_initial_coefficients(tmp_path):
     starts = set()
     for seed in range(8):
         path = write_run(tmp_path, options(tmp_path, seed), 61_234, {})
@@ -65,14 +65,14 @@ def test_another_seed_is_another_start(tmp_path):
     assert len(starts) > 3
 
 
-def test_a_parameter_file_says_everything_in_full(tmp_path):
+def test_a_parameter_file_has_no_aliases(tmp_path):
     shared = {"interface": "virtual"}
     path = tmp_path / "p.yaml"
     write_parameters(path, base_parameters(), {"driver": {"bus": shared}, "rig_simulator": {"bus": shared}})
-    assert "&" not in path.read_text()  # an alias, which the parser of ROS does not know
+    assert "&" not in path.read_text()  # an alias; the parser of ROS does not support it
 
 
-def test_only_what_a_demo_made_is_cleared(tmp_path):
+def test_only_outputs_of_a_demo_are_cleared(tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "bag.mcap").write_text("")
     (tmp_path / "summary.json").write_text("")
@@ -82,21 +82,21 @@ def test_only_what_a_demo_made_is_cleared(tmp_path):
 
 
 def test_two_runs_never_share_a_domain_or_a_port():
-    corners = [claim_corner() for _ in range(10)]
-    assert len({corner.domain for corner in corners}) == len({corner.bus_port for corner in corners}) == 10
-    assert corners[0].environment()["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+    domains = [claim_domain() for _ in range(10)]
+    assert len({one.domain for one in domains}) == len({one.bus_port for one in domains}) == 10
+    assert domains[0].environment()["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
 
 
-def test_the_plain_demo_is_a_scenario_that_does_nothing(tmp_path):
+def test_the_plain_demo_is_an_empty_scenario(tmp_path):
     plain = load_scenario("", options(tmp_path))
     assert type(plain) is Scenario
-    assert (plain.parameters(), list(plain.parts()), plain.judge(tmp_path)) == ({}, [], {})
+    assert (plain.parameters(), list(plain.processes()), plain.evaluate(tmp_path)) == ({}, [], {})
     with pytest.raises(ScenarioError, match="no scenario 'moon'"):
         load_scenario("moon", options(tmp_path))
 
 
-def test_rods_start_where_their_springs_balance(parameters):
-    # F1 = F2 at rest without torque, so both starts have the same force and stiffness twofold off, eq. (3)
+def test_initial_stiffness_is_off_by_a_factor_of_two_at_the_balanced_force(parameters):
+    # F1 = F2 at rest without torque: the same force on both sides, eq. (3)
     rig = load(parameters, "rig_simulator", SimulatorConfig)
     force = 16.39 + 0.776 * np.exp(267.2 * rig.profile.centre)
     for side in (1, 2):

@@ -10,7 +10,8 @@ from vsa_common.io.tables import write_columns
 from vsa_common.stamps import set_stamp
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_tools.demo.parameters import base_parameters, write_parameters
-from vsa_tools.evaluation.run_summary import show, summarise
+from vsa_tools.evaluation.run_summary import summarise
+from vsa_tools.evaluation.run_table import show
 from vsa_tools.topics import suite_topics
 
 N, RATE = 200, 100

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from vsa_tools.evaluation.recorded_run import Frames
 from vsa_tools.evaluation.summary import (
     Coefficient,
-    Frames,
     Geometry,
     JointRun,
     Series,

@@ -1,4 +1,4 @@
-"""The report of a recording with known numbers: what it says, and what it does with bags that are not what it hoped."""
+"""The report of a recording with known numbers, and of incomplete, truncated and foreign bags."""
 
 import re
 import shutil
@@ -44,7 +44,7 @@ def rows(table):
     return {tuple(row[:2]): row for row in table.rows}
 
 
-def test_an_extreme_of_one_sample_survives_a_thousandfold_reduction():
+def test_an_extreme_of_one_sample_remains_after_a_thousandfold_reduction():
     time = np.linspace(0.0, 1000.0, 1_000_001)
     value = np.sin(time)
     value[123_456], value[777_777] = 50.0, -60.0
@@ -55,19 +55,19 @@ def test_an_extreme_of_one_sample_survives_a_thousandfold_reduction():
     assert np.all(np.diff(x) > 0.0)
 
 
-def test_a_short_series_is_drawn_as_it_is():
+def test_a_short_series_is_unchanged():
     x, y = extremes(np.array([0.0, 0.1, 0.2]), np.array([1.0, 3.0, 2.0]))
     assert x.tolist() == [0.0, 0.1, 0.2]
     assert y.tolist() == [1.0, 3.0, 2.0]
 
 
-def test_a_line_is_broken_where_nothing_was_received():
+def test_a_line_is_interrupted_by_a_gap():
     time = np.concatenate([np.arange(100) * 0.01, 5.0 + np.arange(100) * 0.01])
     _, y = extremes(time, np.ones(200))
     assert np.flatnonzero(np.isnan(y)).tolist() == [100]
 
 
-def test_an_envelope_holds_every_sample_of_its_band():
+def test_an_envelope_contains_every_sample_of_its_band():
     time = np.arange(10_000) * 0.01
     low, high = np.cos(time) - np.abs(np.sin(99.0 * time)), np.cos(time) + 1.0
     x, least, greatest = envelope(time, low, high, points=100)
@@ -77,7 +77,7 @@ def test_an_envelope_holds_every_sample_of_its_band():
         assert b == high[inside].max()
 
 
-def test_a_cloud_keeps_the_extremes_of_every_slice():
+def test_a_cloud_keeps_the_extremes_of_every_bin():
     random = np.random.default_rng(3)
     x, y = random.uniform(0.0, 1.0, 50_000), random.standard_normal(50_000)
     a, b = cloud(x, y, bins=20)
@@ -108,10 +108,10 @@ def test_without_truth_table_1_has_no_empty_columns(run):
     assert all(len(row) == len(table.columns) for row in table.rows)
 
 
-def test_the_joint_is_summed_up_over_its_valid_time_alone(run):
+def test_the_joint_table_covers_valid_samples_only(run):
     row = joint_table(run.joints[0]).rows[0]
     time = np.arange(SECONDS * RATE) / RATE
-    late = time >= paper_run.KNOWN_AFTER
+    late = time >= paper_run.VALID_AFTER
     stiffness = 0.0
     for side in (1, 2):
         sigma = paper_run.truth(side, time)["stiffness"][late]
@@ -129,7 +129,7 @@ def test_health_counts_the_lost_frame_and_the_delay(run):
     assert health["force rejected by the gate"] == ["3", "3"]
 
 
-def test_the_page_is_whole_and_fetches_nothing(written):
+def test_the_page_is_complete_and_has_no_external_resources(written):
     text = (written / "report.html").read_text()
     body = re.sub(r' xmlns(:\w+)?="[^"]*"| xlink:href="#[^"]*"', "", text)
     assert not re.search(r'(src|href)="(?!#)|url\((?!#)|@import|<script', body)
@@ -141,7 +141,7 @@ def test_the_page_is_whole_and_fetches_nothing(written):
         "Table I",
     ):
         assert title in text
-    assert len(re.findall("transmission_[12]: (?:not )?white", text)) == 4  # two signals of two sides
+    assert len(re.findall("transmission_[12]: (?:not )?white", text)) == 4  # two signals of two transmissions
     for fact in ("267.4", "lost on the bus", "matplotlib 3", "/vsa/estimator_1", "converging"):
         assert fact in text
     for svg in re.findall(r"<svg.*?</svg>", text, flags=re.DOTALL):
@@ -149,13 +149,13 @@ def test_the_page_is_whole_and_fetches_nothing(written):
     assert len(re.findall("<svg", text)) == 9
 
 
-def test_pdf_and_pictures_lie_beside_the_page(written):
+def test_pdf_and_pictures_are_next_to_the_page(written):
     names = {path.stem for path in (written / "figures").glob("*.png")}
     assert {"fig7_transmission_1", "fig8_transmission_2", "fig9", "fig6", "table1", "joint", "health"} <= names
     assert len(re.findall(rb"/Type /Page\b", (written / "report.pdf").read_bytes())) == 1 + len(names)
 
 
-def test_a_bag_of_sensors_alone_gives_the_figures_it_can(tmp_path):
+def test_a_bag_of_sensors_alone_has_motion_and_health_figures(tmp_path):
     paper_run.write_run(tmp_path / "bag", 1.0, leaves=("force", "encoder"), space="/left/arm")
     text = report.write(tmp_path / "bag", tmp_path / "out").read_text()
     assert "sensors only" in text
@@ -164,7 +164,7 @@ def test_a_bag_of_sensors_alone_gives_the_figures_it_can(tmp_path):
     }  # fmt: skip
 
 
-def test_a_recording_that_was_cut_off_is_read_to_the_cut(bag, tmp_path):
+def test_a_truncated_recording_is_read_to_its_end(bag, tmp_path):
     shutil.copytree(bag, tmp_path / "bag")
     (tmp_path / "bag" / "metadata.yaml").unlink()
     file = next((tmp_path / "bag").glob("*.mcap"))
@@ -175,7 +175,7 @@ def test_a_recording_that_was_cut_off_is_read_to_the_cut(bag, tmp_path):
     assert "cut off" in report.warnings(run)[0]
 
 
-def test_a_foreign_bag_is_one_line_that_names_what_it_holds(tmp_path, capsys):
+def test_a_foreign_bag_is_a_one_line_error_that_lists_its_topics(tmp_path, capsys):
     recording = Recording(tmp_path / "bag")
     recording.add("/chatter", "std_msgs/msg/String")
     recording.write("/chatter", 1, serialize_message(String(data="hello")))
@@ -186,7 +186,7 @@ def test_a_foreign_bag_is_one_line_that_names_what_it_holds(tmp_path, capsys):
     assert error.count("\n") == 1
 
 
-def test_an_empty_bag_and_a_missing_one_are_one_line_each(tmp_path, capsys):
+def test_an_empty_bag_and_a_missing_one_are_one_line_errors(tmp_path, capsys):
     recording = Recording(tmp_path / "bag")
     recording.add("/vsa/joint_impedance", "vsa_msgs/msg/JointImpedance")
     recording.close()
@@ -197,13 +197,13 @@ def test_an_empty_bag_and_a_missing_one_are_one_line_each(tmp_path, capsys):
         assert str(tmp_path / name) in error
 
 
-def test_a_text_file_is_no_bag(tmp_path):
+def test_a_text_file_is_not_a_bag(tmp_path):
     (tmp_path / "notes.mcap").write_text("not a recording")
     with pytest.raises(BagError, match=r"notes\.mcap"):
         read_run(tmp_path / "notes.mcap")
 
 
-def test_stamps_out_of_this_world_do_not_stretch_the_time_axis(tmp_path, bag):
+def test_an_outlier_of_the_stamps_does_not_extend_the_time_axis(tmp_path, bag):
     recording = Recording(tmp_path / "bag")
     message = paper_run.WrenchStamped()
     recording.add("/vsa/transmission_1/force", "geometry_msgs/msg/WrenchStamped")
@@ -213,4 +213,4 @@ def test_stamps_out_of_this_world_do_not_stretch_the_time_axis(tmp_path, bag):
     recording.close()
     run = read_run(tmp_path / "bag")
     assert run.duration == pytest.approx(0.99)
-    assert np.isnan(run.joints[0].sides[0].force.time[50])
+    assert np.isnan(run.joints[0].transmissions[0].force.time[50])

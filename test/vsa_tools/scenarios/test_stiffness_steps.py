@@ -1,4 +1,4 @@
-"""The plan and the judgement of the stiffness steps, and a short run of the whole chain through the pure cores."""
+"""Schedule and evaluation of the stiffness steps, and a short closed-loop run of the pure cores."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ RATE_HZ, CONTROL_HZ = 500, 100
 
 
 class Chain:
-    """Rig, both estimators, joint and controller, step by step; the estimators start wrong."""
+    """Rig, both estimators, joint and controller in closed loop; the initial coefficients are wrong."""
 
     def __init__(self):
         rig = RigConfig(
@@ -73,9 +73,9 @@ class Chain:
         inputs.springs, inputs.springs_ns = (first, second), (now, now)
 
 
-def test_with_live_estimates_stiffness_doubles_within_a_second_and_the_joint_stays():
+def test_with_live_estimates_stiffness_doubles_within_a_second_at_a_constant_angle():
     chain = Chain()
-    chain.run(plan.LEARNING)
+    chain.run(plan.INITIALIZATION_S)
     chain.run(4.0, 1.0)
     joint = JointConfig().joint
     for stiffness in (2.0, 4.0, 2.0):
@@ -89,15 +89,15 @@ def test_with_live_estimates_stiffness_doubles_within_a_second_and_the_joint_sta
 
 
 def synthetic(tau=0.2):
-    """Truth of a joint that follows each command with a time constant and gives way by the commanded stiffness."""
+    """Truth of a joint that follows each command with a first-order lag, and the torque of the pushes."""
     time = np.arange(0.0, plan.duration(), 0.002)
-    commands = [*plan.step_commands(), *plan.felt_commands()]
+    commands = [*plan.step_commands(), *plan.push_commands()]
     log = np.zeros_like(time)
     for before, command in zip([None, *commands[:-1]], commands, strict=True):
         start = np.log(before.stiffness) if before else 0.0
         late = time >= command.time
-        goal = np.log(command.stiffness)
-        log[late] = goal + (start - goal) * np.exp(-(time[late] - command.time) / tau)
+        target = np.log(command.stiffness)
+        log[late] = target + (start - target) * np.exp(-(time[late] - command.time) / tau)
     torque = np.zeros_like(time)
     for push in plan.pushes():
         torque[time >= push.time] = push.torque
@@ -107,7 +107,7 @@ def synthetic(tau=0.2):
 def test_settling_is_measured_from_the_command():
     time, stiffness, _ = synthetic(tau=0.2)
     begins = [command.time for command in plan.step_commands()]
-    steps = plan.judge_steps(time, stiffness, 0.004 * np.ones_like(time), begins)
+    steps = plan.evaluate_steps(time, stiffness, 0.004 * np.ones_like(time), begins)
     doubled = steps[0]
     expected = 0.2 * np.log(np.log(2.0) / -np.log(0.95))
     assert (doubled.start, doubled.to) == (1.0, 2.0)
@@ -119,20 +119,20 @@ def test_settling_is_measured_from_the_command():
     ]  # fmt: skip
 
 
-def test_felt_stiffness_is_torque_over_angle():
+def test_rendered_stiffness_is_torque_over_angle():
     time, stiffness, torque = synthetic()
-    for one in plan.judge_felt(time, torque / stiffness / 1.07, torque):
+    for one in plan.evaluate_pushes(time, torque / stiffness / 1.07, torque):
         assert one["rendered"] == pytest.approx(1.07 * one["commanded"], rel=1e-3)
 
 
-def test_the_plan_asks_once_for_what_cannot_be_reached():
-    asked = [plan.commanded(t) for t in np.arange(0.0, plan.duration(), 0.1)]
-    assert asked[0] is None
-    assert plan.UNREACHABLE in asked
-    assert plan.commanded(plan.refusal_time() + plan.REFUSAL_TIME + 0.1) == plan.FELT[0]
+def test_the_plan_commands_an_unreachable_stiffness_once():
+    commands = [plan.commanded(t) for t in np.arange(0.0, plan.duration(), 0.1)]
+    assert commands[0] is None
+    assert plan.UNREACHABLE in commands
+    assert plan.commanded(plan.refusal_time() + plan.REFUSAL_S + 0.1) == plan.PUSH_STIFFNESSES[0]
 
 
-def test_pushes_go_both_ways_and_end_at_nothing():
+def test_pushes_have_both_signs_and_end_at_zero():
     torques = [push.torque for push in plan.pushes()]
     assert max(torques) == pytest.approx(0.4)
     assert min(torques) == pytest.approx(-0.4)

@@ -74,6 +74,6 @@ def simulate(coefficients: Coefficients, motion: str, rate: int, seconds: float)
     transmission = TransmissionConfig(
         c.force_offset, c.k1, c.k2, c.d1, c.d2, coulomb_friction=c.coulomb_friction, inertia=c.inertia
     )
-    columns = bench.record(transmission, bench.MOTIONS[motion], seconds, rate)
-    named = dict(zip(bench.BENCH_TRUTH, columns.T.copy(), strict=True))
+    columns = bench.simulate(transmission, bench.MOTIONS[motion], seconds, rate)
+    named = dict(zip(bench.COLUMNS, columns.T.copy(), strict=True))
     return Truth(c, *(named[name] for name in ("time", "deflection", "velocity", "acceleration", "force")))

@@ -1,0 +1,4 @@
+"""Configuration as frozen dataclasses. Input: parameter files, or flat values. Output: checked configurations.
+
+Permitted imports: yaml
+"""

@@ -1,7 +1,7 @@
 """Configuration as frozen dataclasses whose fields carry unit, range and meaning.
 
-One declaration serves the ROS parameters of a node (`vsa_common.ros.node`), the `--config` file of a
-tool, the error that a bad value gets, and the tables of docs/reference/interfaces.md:
+One declaration defines the ROS parameters of a node (`vsa_common.ros.node`), the `--config` file of a
+tool, the error text of a bad value, and the tables of docs/reference/interfaces.md:
 
 >>> @dataclass(frozen=True)
 ... class Sensor:
@@ -23,8 +23,6 @@ from typing import Any, TypeVar
 import yaml
 
 Config = TypeVar("Config")
-Value = bool | int | float | str | list[float] | list[str]
-
 
 _KINDS = {float: "a number", int: "an integer", bool: "true or false", str: "a text"}
 
@@ -46,7 +44,7 @@ class Parameter:
     options: tuple[str, ...] = ()
 
     def check(self, value: Any) -> Any:
-        """`value` in the default's type; ConfigurationError where it does not fit."""
+        """`value` in the default's type. Raises ConfigurationError for a wrong type or a value out of range."""
         value = self._coerce(value)
         for number in value if isinstance(value, tuple) else (value,):
             if self.options and number not in self.options:
@@ -98,12 +96,12 @@ def quantities(default: tuple[float, ...], unit: str, low: float, high: float, t
 
 
 def choice(default: str, options: tuple[str, ...], text: str) -> Any:
-    """One word of several."""
+    """One of several words."""
     return field(default=default, metadata={"options": options, "text": text})
 
 
 def flag(default: bool, text: str) -> Any:
-    """Yes or no."""
+    """True or false."""
     return field(default=default, metadata={"text": text})
 
 
@@ -113,12 +111,12 @@ def string(default: str | tuple[str, ...], text: str) -> Any:
 
 
 def group(config_class: type) -> Any:
-    """A dataclass within a dataclass; its parameters get `name.` before theirs."""
+    """A dataclass within a dataclass; the names of its parameters begin with `name.`."""
     return field(default_factory=config_class)
 
 
 def parameters(config_class: type, prefix: str = "") -> Iterator[Parameter]:
-    """All parameters of a configuration class, groups flattened with dots."""
+    """All parameters of a configuration class; names within groups are joined with dots."""
     for item in fields(config_class):
         name = prefix + item.name
         if item.default is MISSING and is_dataclass(item.default_factory):
@@ -128,17 +126,17 @@ def parameters(config_class: type, prefix: str = "") -> Iterator[Parameter]:
 
 
 def build(config_class: type[Config], values: Mapping[str, Any]) -> Config:
-    """Configuration from flat `values` ("initial.k2": 267.2); what is absent keeps its default.
+    """Configuration from flat `values` ("initial.k2": 267.2); absent parameters keep their defaults.
 
     Raises ConfigurationError naming the parameter, the value and the unit.
     """
-    known = {parameter.name: parameter for parameter in parameters(config_class)}
+    declared = {parameter.name: parameter for parameter in parameters(config_class)}
     for name in values:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
+        if name not in declared:
+            near = difflib.get_close_matches(name, declared, n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             raise ConfigurationError(f"{name}: no such parameter{hint}")
-    checked = {name: known[name].check(value) for name, value in values.items()}
+    checked = {name: declared[name].check(value) for name, value in values.items()}
     return _assemble(config_class, checked, "")
 
 
@@ -171,8 +169,8 @@ _OF_A_PROCESS = re.compile(r"(autostart|use_sim_time)$|(realtime|qos_overrides)\
 def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
     """Configuration of `node` (its bare name, "estimator_1") from a ROS parameter file.
 
-    What the file says of its process (`autostart`, `realtime.*`, ROS's own) is left out. Raises ConfigurationError
-    naming the file for one that cannot be read or is no parameter file.
+    Parameters of the process (`autostart`, `realtime.*`, ROS's own) are skipped. Raises ConfigurationError naming
+    the file if it cannot be read or is not a parameter file.
     """
     values = node_values(path, node)
     try:
@@ -182,7 +180,7 @@ def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
 
 
 def node_values(path: str | Path, node: str) -> dict[str, Any]:
-    """What a ROS parameter file says to `node`, flat ("initial.k2"), unchecked.
+    """Values of a ROS parameter file for `node`, flat ("initial.k2"), unchecked.
 
     Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
     """
@@ -201,7 +199,7 @@ def parameter_files(arguments: Sequence[str]) -> list[str]:
 
 
 def read_parameter_file(path: str | Path) -> dict[str, Any]:
-    """The sections of a ROS parameter file; ConfigurationError naming the file where it is none."""
+    """The sections of a ROS parameter file. Raises ConfigurationError naming the file if it is not one."""
     try:
         tree = yaml.safe_load(Path(path).read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:

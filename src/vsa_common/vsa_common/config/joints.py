@@ -1,4 +1,4 @@
-"""Which joints a process serves: said by the parameter files alone, one namespace a joint."""
+"""Joints of a process: the namespaces in its parameter files, one for each joint."""
 
 from collections.abc import Sequence
 
@@ -10,12 +10,12 @@ DEFAULT = "vsa"
 def joints(arguments: Sequence[str], node: str = "driver") -> list[str]:
     """Namespaces in which a parameter file of the ROS `arguments` names `node`, in the order of the files.
 
-    `/left/driver` and `/right/driver` are two joints; what both share can stand under `/**/driver`. A file that
-    names no namespace describes one joint, `vsa`. `-r __ns:=/left` picks one of several.
+    `/left/driver` and `/right/driver` are two joints; common values belong under `/**/driver`. A file without
+    namespaces describes one joint, `vsa`. `-r __ns:=/left` selects one of several.
     Raises ConfigurationError for a file that cannot be read.
     """
     if any("__ns:=" in argument for argument in arguments):
-        return [DEFAULT]  # which ROS calls otherwise
+        return [DEFAULT]  # ROS replaces the namespace
     found: dict[str, None] = {}
     for path in parameter_files(arguments):
         for key in read_parameter_file(path):

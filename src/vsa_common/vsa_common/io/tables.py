@@ -1,4 +1,4 @@
-"""The one door to polars: columns of a CSV file, read and written as numpy arrays."""
+"""CSV files as numpy arrays, read and written by polars."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,14 +12,14 @@ Columns = dict[str, NDArray[np.float64]]
 
 
 class TableError(ValueError):
-    """A CSV file that cannot be used; one line that names the file, the line and what was expected."""
+    """A CSV file cannot be used; one line that names the file, the line and the expected content."""
 
 
 def read_columns(path: str | Path, names: Sequence[str], optional: Sequence[str] = ()) -> Columns:
-    """The columns `names` of a CSV file with a header, and those of `optional` that it has.
+    """The columns `names` of a CSV file with a header, and those of `optional` that exist.
 
-    An empty cell is NaN: a sample that the logger missed. Raises TableError for a file that cannot be read, lacks a
-    column, has no row, or holds something that is no number.
+    An empty cell is NaN: a missing sample. Raises TableError if the file cannot be read, lacks a column, has no row,
+    or contains a cell that is not a number.
     """
     text = _read_text(path)
     missing = [name for name in names if name not in text.columns]
@@ -33,7 +33,7 @@ def read_columns(path: str | Path, names: Sequence[str], optional: Sequence[str]
 
 
 def write_columns(path: str | Path, columns: Mapping[str, Any]) -> None:
-    """Write equally long arrays as the columns of a CSV file; a flag becomes 0 or 1, text stays text.
+    """Write arrays of equal length as the columns of a CSV file; booleans as 0 or 1, strings as they are.
 
     Raises TableError where the file cannot be written.
     """
@@ -59,7 +59,7 @@ def _read_text(path: str | Path) -> pl.DataFrame:
 
 
 def _locate(path: str | Path, error: Exception) -> str:
-    """The first line that is no text or has another number of fields than the header."""
+    """Error text: the first line that is not UTF-8 or has more fields than the header."""
     fields = 0
     for number, line in enumerate(Path(path).read_bytes().splitlines(), 1):
         try:

@@ -1,18 +1,18 @@
-"""Rests between turns of a busy thread: what comes meanwhile is served together, at half the cost or less.
+"""Coalescing of messages: a busy thread pauses between turns and then serves all messages that arrived.
 
-A thread that sleeps between two messages wakes up cold: the same work takes it several times as long.
+A thread that sleeps between any two messages pays for cold caches: the same work takes several times as long.
 """
 
 import time
 from collections.abc import Callable
 
-WINDOW_S = 0.02  # the share of a core is measured over
-SMOOTHING = 0.2  # of each window in the share
-TIRED, RESTED = 0.24, 0.12  # shares of a core at which rests begin and end
+WINDOW_S = 0.02  # processor share is measured over windows of this length: long beside a turn, short beside a change
+SMOOTHING = 0.2  # weight of one window in the share: one long turn alone causes no pause
+BUSY, IDLE = 0.24, 0.12  # shares of a core at which pauses begin and end; the gap is the hysteresis
 
 
 class Coalescer:
-    """Of the thread that asks `due`, `seconds` each, while it is busy.
+    """Pauses of `seconds` for the calling thread while its processor share is high.
 
     `now` and `cpu` are a steady clock and the thread's processor time [s].
     """
@@ -26,18 +26,18 @@ class Coalescer:
         self._seconds = seconds
         self._now, self._cpu = now, cpu
         self._begin = now(), cpu()
-        self._share = self._due = 0.0
+        self._share = self._pause = 0.0
 
-    def due(self) -> float:
-        """How long to rest now [s]."""
+    def pause(self) -> float:
+        """Measure the processor share up to this call; the pause that the thread is to make [s]."""
         begin, used = self._begin
         now = self._now()
         if now - begin >= WINDOW_S:
             cpu = self._cpu()
             self._begin = now, cpu
             self._share += SMOOTHING * ((cpu - used) / (now - begin) - self._share)
-            if self._share > TIRED:
-                self._due = self._seconds
-            elif self._share < RESTED:
-                self._due = 0.0
-        return self._due
+            if self._share > BUSY:
+                self._pause = self._seconds
+            elif self._share < IDLE:
+                self._pause = 0.0
+        return self._pause

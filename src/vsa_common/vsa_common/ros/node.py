@@ -1,73 +1,55 @@
-"""What every node of the suite is: a lifecycle node with checked parameters, autostart and diagnostics.
+"""Base class of the suite's nodes: a lifecycle node with checked parameters, autostart and diagnostics.
 
-A node file adds its topics in `start`, drops its core in `stop`, and ends with `main = lambda: run(ItsNode)`, of
+A node file creates its topics in `start`, releases its core in `stop`, and ends with `main = lambda: run(ItsNode)`, of
 `vsa_common.ros.process`.
 """
 
-import re
 import threading
-import time
 from collections.abc import Mapping, Sequence
-from itertools import product
 from typing import Any, Generic, TypeVar, cast
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
-from rclpy.publisher import Publisher
-from rclpy.qos import QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible
-from rclpy.subscription import Subscription
-from rclpy.topic_endpoint_info import TopicEndpointInfo
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from vsa_common.config.configuration import ConfigurationError, build, flatten, parameters
-from vsa_common.config.declared import COMMON, Common, descriptor, is_ours, ros_value
+from vsa_common.ros.diagnostics import CHECK_PERIOD, ERROR, OK, STALE, WARN, DiagnosticsPublisher
+from vsa_common.ros.parameters import COMMON, Common, descriptor, is_ours, ros_value
+from vsa_common.ros.qos import QosMonitor
+
+__all__ = ["BEST_EFFORT", "ERROR", "OK", "RELIABLE", "STALE", "STEADY", "WARN", "Health", "RCLError", "SuiteNode"]
 
 Config = TypeVar("Config")
 Health = tuple[int, str, Mapping[str, object]]
 
-OK, WARN, ERROR, STALE = 0, 1, 2, 3
-REPORT = 1.0  # between two diagnostics at most [s]
-LOOK = 0.2  # how soon other words, or another level, are told [s]
-_POLICIES = "reliability", "durability", "deadline", "liveliness", "liveliness_lease_duration"
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 RELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 RCLError = rclpy_implementation.RCLError
-_NUMBERS = re.compile(r"[\d.]+")
-
-
-def _keeps_apart(policy: str, publisher: TopicEndpointInfo, subscription: TopicEndpointInfo) -> bool:
-    """Whether this policy alone keeps the subscription from hearing the publisher."""
-    ends = publisher.qos_profile, subscription.qos_profile
-    alone = (QoSProfile(depth=1, **{policy: getattr(profile, policy)}) for profile in ends)
-    return qos_check_compatible(*alone)[0] == QoSCompatibility.ERROR
 
 
 class SuiteNode(LifecycleNode, Generic[Config]):
     """A lifecycle node that configures and activates itself unless `autostart` is false.
 
-    `lock` guards what `start`, `stop`, `health` and other threads than the executor's share.
+    `lock` guards the state that `start`, `stop` and `health` share with threads other than the executor's.
     """
 
     def __init__(self, name: str, config_class: type[Config], namespace: str = "vsa", **defaults: Any) -> None:
-        """`defaults` hold for parameters that nobody gives a value."""
-        self._unheard: dict[Publisher | Subscription, str] = {}  # our end: policies that keep another node apart
-        self._compared = 0
+        """`defaults` replace the defaults of `config_class`. Raises ConfigurationError for a bad parameter."""
         try:
             super().__init__(name, namespace=namespace, automatically_declare_parameters_from_overrides=True)
         except ValueError as error:  # rcl gives an empty list no type
             raise ConfigurationError(
                 f"{name}: a parameter has no value; write an empty list as ['']: {error}"
             ) from error
-        self.steady = Clock(clock_type=ClockType.STEADY_TIME)  # one for all nodes of a process gets slow
+        self.steady = Clock(clock_type=ClockType.STEADY_TIME)  # one clock for all nodes of a process gets slow
         self._config_class = config_class
         self._defaults = defaults
         self.lock = threading.RLock()
-        self._reported_last: tuple[int, str, float] = (OK, "", 0.0)
         self._active = False
         self._starting = False
         self.failure = ""
@@ -76,20 +58,21 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         except ConfigurationError as error:
             raise ConfigurationError(f"{self.get_name()}: {error}") from error
         self.add_on_set_parameters_callback(self._on_parameters)
-        self._refuse_illegal_transitions()
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_timer(LOOK, self._publish_health, clock=self.steady)
+        self._reject_illegal_transitions()
+        self._qos_monitor = QosMonitor(self)
+        self._diagnostics = DiagnosticsPublisher(self)
+        self.create_timer(CHECK_PERIOD, self._publish_health, clock=self.steady)
 
-    # What a node of the suite provides.
+    # Overridden by the nodes of the suite.
 
     def start(self) -> None:
-        """Begin to work: topics, timers, core. Raise ConfigurationError where that is impossible."""
+        """Create topics, timers and core. Raise ConfigurationError where that is impossible."""
 
     def stop(self) -> None:
         """Undo `start`. Called once for each successful `start`, also when the process ends."""
 
     def reconfigure(self, config: Config) -> None:
-        """Take a checked configuration; raise ConfigurationError to refuse it. The old one is kept then."""
+        """Apply a checked configuration; raise ConfigurationError to reject it and keep the present one."""
         if self._active:
             raise ConfigurationError("cannot change while the node is active; deactivate it first")
 
@@ -97,8 +80,7 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """Level (OK, WARN, ERROR, STALE), one line, and key values for /diagnostics."""
         return OK, "active" if self._active else "inactive", {}
 
-    # Topics whose policies do not fit are no mystery: the diagnostics name them. Not by rclpy's events: one that is
-    # still queued for a topic that a transition has closed ends the process (ros2/rclpy#1644).
+    # Topics, without rclpy's QoS events: see vsa_common.ros.qos.
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any, **options: Any) -> Any:
         events = PublisherEventCallbacks(use_default_callbacks=False)
@@ -108,46 +90,15 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         events = SubscriptionEventCallbacks(use_default_callbacks=False)
         return super().create_subscription(msg_type, topic, callback, qos_profile, event_callbacks=events, **options)
 
-    def _compare_policies(self) -> None:
-        """Look whether everybody at one of our topics hears us, or is heard: the next one each time, as it costs."""
-        ours: list[Publisher | Subscription] = [*self.publishers, *self.subscriptions]
-        self._compared = (self._compared + 1) % len(ours)
-        mine = ours[self._compared]
-        known = self._unheard
-        self._unheard = {one: known[one] for one in ours if one in known and one is not mine}
-        if policies := self._misfit(mine):
-            self._unheard[mine] = policies
-            if known.get(mine) != policies:
-                self.get_logger().warning(self._incompatible())
-
-    def _misfit(self, mine: Publisher | Subscription) -> str:
-        """Policies that keep somebody at this topic from hearing us, or from being heard; empty if all can."""
-        topic = mine.topic_name
-        if isinstance(mine, Publisher):
-            all_hear = self.count_subscribers(topic) <= mine.get_subscription_count()
-        else:
-            all_hear = self.count_publishers(topic) <= mine.get_publisher_count()
-        if all_hear:
-            return ""
-        us = self.get_name(), self.get_namespace()
-        pairs = product(self.get_publishers_info_by_topic(topic), self.get_subscriptions_info_by_topic(topic))
-        ours = [pair for pair in pairs if us in ((end.node_name, end.node_namespace) for end in pair)]
-        apart = (policy for policy in _POLICIES if any(_keeps_apart(policy, *pair) for pair in ours))
-        return ", ".join(apart).replace("_", " ")
-
-    def _incompatible(self) -> str:
-        said = (f"{one.topic_name}: another node's {policies} does not fit" for one, policies in self._unheard.items())
-        return "; ".join(said)
-
     # Lifecycle.
 
     @property
     def active(self) -> bool:
-        """Whether the node works at present."""
+        """Whether the node is in the lifecycle state active."""
         return self._active
 
     def autostart(self) -> None:
-        """Configure and activate, if the parameter says so; ConfigurationError where the node cannot start."""
+        """Configure and activate, if the parameter is true; ConfigurationError where the node cannot start."""
         if not self.common.autostart:
             return
         self._starting = True
@@ -164,7 +115,7 @@ class SuiteNode(LifecycleNode, Generic[Config]):
                 self._active = True
         except (ConfigurationError, OSError) as error:
             self.failure = " ".join(str(error).split())
-            if not self._starting:  # `run` says it then
+            if not self._starting:  # else `autostart` raises it
                 self.get_logger().error(self.failure)
             return TransitionCallbackReturn.FAILURE
         return super().on_activate(state)
@@ -184,8 +135,8 @@ class SuiteNode(LifecycleNode, Generic[Config]):
                 self._active = False
                 self.stop()
 
-    def _refuse_illegal_transitions(self) -> None:
-        """rclpy lets a transition that is impossible in the present state end the process: answer instead."""
+    def _reject_illegal_transitions(self) -> None:
+        """Answer a transition that the present state does not permit with a failure; in rclpy it ends the process."""
         change_state = self._service_change_state.callback
 
         def guarded(request: Any, response: Any) -> Any:
@@ -235,20 +186,11 @@ class SuiteNode(LifecycleNode, Generic[Config]):
     # Diagnostics.
 
     def _publish_health(self) -> None:
-        """Tell at once what is new, and everything once a second."""
-        self._compare_policies()
+        if self._qos_monitor.check_next():
+            self.get_logger().warning(self._qos_monitor.message)
         with self.lock:
             level, message, values = self.health()
-        if self._unheard:
-            message = self._incompatible() if level == OK else f"{message}; {self._incompatible()}"
+        if self._qos_monitor.conflicts:
+            message = self._qos_monitor.message if level == OK else f"{message}; {self._qos_monitor.message}"
             level = max(level, WARN)
-        now, (told_level, told_words, told_at) = time.monotonic(), self._reported_last
-        words = _NUMBERS.sub("", message)
-        if (level, words) == (told_level, told_words) and now - told_at < REPORT - 0.5 * LOOK:
-            return
-        self._reported_last = level, words, now
-        status = DiagnosticStatus(level=bytes([level]), name=self.get_fully_qualified_name(), message=message)
-        status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
+        self._diagnostics.publish(level, message, values)

@@ -1,4 +1,4 @@
-"""A process of the suite: its nodes come up, live until a signal, and go down in order."""
+"""A process of the suite: it starts its nodes, serves them until a signal, and stops them in reverse order."""
 
 import gc
 import inspect
@@ -19,93 +19,108 @@ from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import RCLError, SuiteNode
 from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
 
-WAIT_S = 1.0  # for something to do, at most, before signals are looked for
+WAIT_S = 1.0  # an idle turn ends after this time, so that a signal is noticed
+
+Nodes = Sequence[SuiteNode[Any]]
+Turn = Callable[[Executor, Nodes, float], None]  # waits at most so long [s]
 
 
 class Spinner:
-    """Whatever comes, one thing at a time while there is little, and all that has gathered during a rest otherwise.
+    """Turns of an executor: one callback at a time under a low load, all that have gathered during a pause otherwise.
 
-    Rests need an executor that serves in the order of arrival, as EventsExecutor does.
+    Pauses need an executor that serves callbacks in the order of arrival, as EventsExecutor does.
     """
 
-    def __init__(self, rest_s: float) -> None:
-        self._rest = Coalescer(rest_s)
+    def __init__(self, pause_s: float) -> None:
+        self._coalescer = Coalescer(pause_s)
 
-    def __call__(self, executor: Executor, _: Sequence[SuiteNode[Any]], wait_s: float) -> None:
-        """One turn."""
+    def __call__(self, executor: Executor, _: Nodes, wait_s: float) -> None:
+        """One turn; waits at most `wait_s` [s]."""
         executor.spin_once(wait_s)
-        rest = self._rest.due()
-        if rest > 0.0:
+        pause = self._coalescer.pause()
+        if pause > 0.0:
             done: list[bool] = []
-            executor.create_task(done.append, True)  # comes after all that waits by now
+            executor.create_task(done.append, True)  # runs after all callbacks that are queued at this point
             while not done:
                 executor.spin_once(0.0)
-            time.sleep(rest)
+            time.sleep(pause)
 
 
 def run(
-    create: Callable[[], SuiteNode[Any] | Sequence[SuiteNode[Any]]],
+    create: Callable[[], SuiteNode[Any] | Nodes],
     args: list[str] | None = None,
     executor: Callable[[], Executor] = EventsExecutor,
-    turn: Callable[[float], Callable[[Executor, Sequence[SuiteNode[Any]], float], None]] = Spinner,
+    turn: Callable[[float], Turn] = Spinner,
 ) -> int:
-    """Live as one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line if one cannot start.
+    """Run one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line if one cannot start.
 
-    Several start in their order and stop in the other one. `turn` is made of the rest [s] that the nodes ask for. The
-    signals only end the loop of its turns, each of which may sleep for the seconds that it is given: a node still has
-    its topics while it stops.
+    Several nodes start in their order and stop in the reverse order. `turn` is called with the pause [s] that the
+    nodes request. A signal only ends the loop of turns, so a node still has its topics while it stops.
     """
-    nodes: Sequence[SuiteNode[Any]] = []
-    stopped = False
-
-    def on_signal(*_: object) -> None:
-        nonlocal stopped
-        stopped = True
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, on_signal)
-    speaker = f"{Path(sys.argv[0]).name}: "
+    nodes: Nodes = []
+    signals = _received_signals()
+    name = f"{Path(sys.argv[0]).name}: "
     try:
-        check_parameter_files(sys.argv if args is None else args)
-        tune_middleware()
-        set_timer_slack()
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        _initialize(args)
         spinner = executor()
-        speaker = ""  # a node that cannot be names itself
+        name = ""  # errors of the nodes' constructors contain the node's name
         created = create()
         nodes = [created] if isinstance(created, SuiteNode) else created
         for node in nodes:
-            speaker = f"{node.get_name()}: "
+            name = f"{node.get_name()}: "
             spinner.add_node(node)
             node.autostart()
             for refusal in apply_hints(node.common.realtime):
                 node.get_logger().warning(refusal)
-        limit_blas_threads()
-        inspect.getframeinfo(sys._getframe())  # walks all modules once; else the first warning would, for 70 ms
-        gc.freeze()  # what is there now stays; the collector need not walk through it again
+        _end_startup()
         hints = [node.common.realtime for node in nodes]
         busy = any(hint.busy for hint in hints)
-        wait = 0.0 if busy else WAIT_S
         serve = turn(0.0 if busy else max(hint.rest for hint in hints))
-        while not stopped:
-            serve(spinner, nodes, wait)
+        while not signals:
+            serve(spinner, nodes, 0.0 if busy else WAIT_S)
         return 0
     except (ConfigurationError, OSError, RCLError) as error:
-        print(f"{speaker}{' '.join(str(error).split())}", file=sys.stderr)
+        print(f"{name}{' '.join(str(error).split())}", file=sys.stderr)
         return 1
     finally:
-        for node in reversed(nodes):
-            node.close()
-        for node in reversed(nodes):
-            node.destroy_node()
-        rclpy.try_shutdown()
-        gc.unfreeze()  # or the participant, in cycles, outlives Python, and may wait for ever for a thread of its
+        _shut_down(nodes)
+
+
+def _received_signals() -> list[int]:
+    """A list to which SIGINT and SIGTERM are appended as they arrive."""
+    signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, _: signals.append(received))
+    return signals
+
+
+def _initialize(args: list[str] | None) -> None:
+    check_parameter_files(sys.argv if args is None else args)
+    tune_middleware()
+    set_timer_slack()
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+
+
+def _end_startup() -> None:
+    limit_blas_threads()
+    inspect.getframeinfo(sys._getframe())  # fills the cache of modules that the first warning needs, for 70 ms
+    gc.freeze()  # objects of the start are permanent; the collector skips them
+
+
+def _shut_down(nodes: Nodes) -> None:
+    for node in reversed(nodes):
+        node.close()
+    for node in reversed(nodes):
+        node.destroy_node()
+    rclpy.try_shutdown()
+    gc.unfreeze()  # a participant in a reference cycle that outlives Python can block on one of its threads
 
 
 def tune_middleware() -> None:
-    """Let Fast DDS publish at half the cost, and without shared memory; before `rclpy.init`. Your own file wins.
+    """Set the Fast DDS profile of the suite: half the cost of publishing, no shared memory. Call before `rclpy.init`.
 
-    For the range LOCALHOST rmw_fastrtps insists on shared memory: there a file says the same of whom to hear.
+    A profile that the user has set takes precedence. rmw_fastrtps forces shared memory in the discovery range
+    LOCALHOST; there the profile itself restricts the discovery.
     """
     if "FASTRTPS_DEFAULT_PROFILES_FILE" in os.environ:
         return

@@ -1,4 +1,4 @@
-"""Real-time hints to the kernel. One that is not permitted is said, and the node works without it."""
+"""Real-time hints to the kernel. A refused hint is reported, and the node runs without it."""
 
 import ctypes
 import errno
@@ -13,52 +13,52 @@ from vsa_common.config.configuration import flag, quantity, string
 
 _MCL_CURRENT, _MCL_FUTURE = 1, 2  # <sys/mman.h>
 _PR_SET_TIMERSLACK = 29  # <linux/prctl.h>
-_MOST_CORES = 4096
+_MAX_CORES = 4096
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 @dataclass(frozen=True)
 class RealTime:
-    """What a process may ask of the kernel."""
+    """Scheduling and memory of a process."""
 
     priority: int = quantity(0, "", 0, 99, "SCHED_FIFO priority of the whole process; 0: the ordinary scheduler")
     nice: int = quantity(0, "", -20, 19, "weight in the ordinary scheduler, -20 is the most; 0 leaves it")
-    cores: str = string("", "run on these cores alone, like 1 or 2-3 or 1,3; empty leaves it to the kernel")
-    busy: bool = flag(False, "look for work without ever sleeping: takes a core, which is never cold then")
+    cores: str = string("", "run on these cores only, like 1 or 2-3 or 1,3; empty: any core")
+    busy: bool = flag(False, "poll for messages without sleeping: takes a whole core, whose caches stay warm")
     rest: float = quantity(
-        0.0, "s", 0.0, 0.05, "rest between turns of a thread that takes a quarter of a core; 0: none"
+        0.0, "s", 0.0, 0.05, "pause between turns of a thread that takes a quarter of a core; 0: none"
     )
-    lock_memory: bool = flag(False, "keep the process in memory: no sample waits for the disk")
+    lock_memory: bool = flag(False, "lock the process in memory: no page fault delays a sample")
 
 
 def limit_blas_threads() -> None:
-    """Linear algebra in the thread that asks for it: helpers on busy cores keep a sample waiting for 100 ms."""
+    """Run linear algebra in the calling thread: worker threads on busy cores delay a sample by 100 ms."""
     threadpool_limits(limits=1)
 
 
 def set_timer_slack() -> None:
-    """End waits of this thread, and of those that it starts, when they should: by default the kernel adds 50 us."""
+    """Timer slack of 1 ns for this thread and those that it starts; the kernel's default extends each wait by 50 us."""
     _LIBC.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
 def apply_hints(hints: RealTime) -> list[str]:
-    """Apply `hints` to every thread of this process; why, with the remedy, for each that was refused."""
+    """Apply `hints` to every thread of this process; for each refused hint a line with reason and remedy."""
     refusals = []
     if hints.nice:
-        refusals += _asked(f"nice = {hints.nice}", "CAP_SYS_NICE or LimitNICE=", lambda: _renice(hints.nice))
+        refusals += _attempt(f"nice = {hints.nice}", "CAP_SYS_NICE or LimitNICE=", lambda: _renice(hints.nice))
     if hints.priority:
-        wish = f"priority = {hints.priority}"
-        refusals += _asked(wish, "CAP_SYS_NICE or LimitRTPRIO=", lambda: _schedule(hints.priority))
+        hint = f"priority = {hints.priority}"
+        refusals += _attempt(hint, "CAP_SYS_NICE or LimitRTPRIO=", lambda: _schedule(hints.priority))
     if hints.cores:
-        refusals += _asked(f"cores = {hints.cores!r}", "one that is there", lambda: _stay(cores(hints.cores)))
+        refusals += _attempt(f"cores = {hints.cores!r}", "an existing core", lambda: _set_cores(cores(hints.cores)))
     if hints.lock_memory:
-        refusals += _asked("lock_memory", "CAP_IPC_LOCK or LimitMEMLOCK=", _lock)
+        refusals += _attempt("lock_memory", "CAP_IPC_LOCK or LimitMEMLOCK=", _lock_memory)
     return refusals
 
 
 @contextmanager
 def temporarily_applied(hints: RealTime) -> Iterator[list[str]]:
-    """`apply_hints` hints about cores and priority; who was there before has its own back in the end."""
+    """`apply_hints` for a block; at its end each thread that existed before has its former cores and priority."""
     before = {
         thread: (os.sched_getaffinity(thread), os.sched_getscheduler(thread), os.sched_getparam(thread))
         for thread in _threads()
@@ -73,7 +73,7 @@ def temporarily_applied(hints: RealTime) -> Iterator[list[str]]:
 
 
 def cores(text: str) -> set[int]:
-    """Numbers from a list as taskset has it. Raises OSError for one that is none.
+    """Core numbers from a list in the syntax of taskset. Raises OSError for any other text.
 
     >>> sorted(cores("1,4-6"))
     [1, 4, 5, 6]
@@ -81,17 +81,17 @@ def cores(text: str) -> set[int]:
     try:
         spans = [[int(end) for end in part.split("-", 1)] for part in text.split(",")]
     except ValueError:
-        spans = [[_MOST_CORES]]
-    if any(span[-1] >= _MOST_CORES for span in spans):
-        raise OSError(errno.EINVAL, "no list of cores")
+        spans = [[_MAX_CORES]]
+    if any(span[-1] >= _MAX_CORES for span in spans):
+        raise OSError(errno.EINVAL, "not a list of cores")
     return {core for span in spans for core in range(span[0], span[-1] + 1)}
 
 
-def _asked(wish: str, remedy: str, ask: Callable[[], None]) -> list[str]:
+def _attempt(hint: str, remedy: str, apply: Callable[[], None]) -> list[str]:
     try:
-        ask()
+        apply()
     except OSError as error:
-        return [f"realtime.{wish} is not permitted ({error.strerror}), going on without; {remedy} would permit it"]
+        return [f"realtime.{hint} is not permitted ({error.strerror}) and is ignored; {remedy} would permit it"]
     return []
 
 
@@ -105,16 +105,16 @@ def _renice(nice: int) -> None:
 
 
 def _schedule(priority: int) -> None:
-    for thread in _threads():  # later ones inherit it
+    for thread in _threads():  # threads created later inherit it
         os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(priority))
 
 
-def _stay(numbers: set[int]) -> None:
+def _set_cores(numbers: set[int]) -> None:
     for thread in _threads():
         os.sched_setaffinity(thread, numbers)
 
 
-def _lock() -> None:
+def _lock_memory() -> None:
     if _LIBC.mlockall(_MCL_CURRENT | _MCL_FUTURE):
         number = ctypes.get_errno()
         raise OSError(number, os.strerror(number))

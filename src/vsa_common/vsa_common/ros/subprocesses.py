@@ -1,4 +1,4 @@
-"""Nodes as processes of their own that never outlive the one that started them."""
+"""Child processes in sessions of their own that end with the process that started them."""
 
 import contextlib
 import ctypes
@@ -12,13 +12,13 @@ from types import TracebackType
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
-STOP_S = 5.0  # to end after a signal, before the next stronger one
-ORPHAN_S = 3  # orphans that have not ended by themselves after so long are killed
-TAIL_LINES = 12
+STOP_S = 5.0  # [s] from a signal to the next stronger one
+ORPHAN_S = 3  # [s] from the death of the parent to SIGKILL
+TAIL_LINES = 12  # of a log in an error text
 
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None, use_errno=True)
-# Reads a line from us: "done" when all have ended. End of file instead means that we are no more.
+# A shell that reads a process group per line, and "done" after all have ended. End of file: the parent is dead.
 _GUARD = (
     'while read -r word; do case $word in done) exit;; *) all="$all -$word";; esac; done; '
     f"sleep {ORPHAN_S}; for one in $all; do kill -KILL $one 2>/dev/null; done"
@@ -26,11 +26,11 @@ _GUARD = (
 
 
 class ProcessError(RuntimeError):
-    """A process could not be started or died; the text names it and shows the end of its log."""
+    """A process could not be started or failed; the text names it and contains the end of its log."""
 
 
 def executable(package: str, name: str) -> str:
-    """Path of a ROS executable, as `ros2 run` finds it. Raises ProcessError where there is none."""
+    """Path of a ROS executable, as in `ros2 run`. Raises ProcessError where there is none."""
     try:
         path = Path(get_package_prefix(package), "lib", package, name)
     except (PackageNotFoundError, LookupError) as error:
@@ -41,28 +41,28 @@ def executable(package: str, name: str) -> str:
 
 
 def renice(nice: int) -> None:
-    """Give this process, and its session, that weight. Raises PermissionError."""
+    """Set the nice value of this process and of its session. Raises PermissionError."""
     os.setpriority(os.PRIO_PROCESS, 0, nice)
-    with contextlib.suppress(OSError):  # where the kernel weighs sessions, not processes
+    with contextlib.suppress(OSError):  # with autogroups the kernel weighs sessions, not processes
         Path("/proc/self/autogroup").write_text(str(nice))
 
 
 def end_with(parent: int) -> None:
-    """Let this process get SIGTERM when its parent ends, however that ends."""
+    """Request SIGTERM for this process at the end of its parent, whatever ends that."""
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != parent:  # it died before we asked to be told
+    if os.getppid() != parent:  # the parent ended before the request
         os._exit(1)
 
 
 class Process:
-    """One process in a session of its own, with its output in a file."""
+    """A process in a session of its own, with its output in the file `log`."""
 
     def __init__(self, name: str, command: Sequence[str], log: Path, env: Mapping[str, str], nice: int = 0) -> None:
         self.name = name
         self.log = log
         parent = os.getpid()
 
-        def before() -> None:
+        def prepare() -> None:
             end_with(parent)
             renice(nice)
 
@@ -74,12 +74,12 @@ class Process:
                 stderr=subprocess.STDOUT,
                 env=dict(env),
                 start_new_session=True,
-                preexec_fn=before,
+                preexec_fn=prepare,
             )
 
     @property
     def pid(self) -> int:
-        """Process id, and that of its session."""
+        """Process id; also the id of its session."""
         return self._popen.pid
 
     @property
@@ -88,19 +88,19 @@ class Process:
         return self._popen.poll()
 
     def signal(self, number: int) -> None:
-        """Send a signal to the process, if it still runs."""
+        """Send a signal to the process if it runs."""
         if self.code is None:
             self._popen.send_signal(number)
 
     def wait(self, seconds: float) -> int | None:
-        """Exit code, None if it still runs after `seconds`."""
+        """Exit code; None if the process runs for longer than `seconds`."""
         try:
             return self._popen.wait(max(seconds, 0.0))
         except subprocess.TimeoutExpired:
             return None
 
     def kill(self) -> None:
-        """End its whole session at once."""
+        """Kill all processes of its session."""
         try:
             os.killpg(self.pid, signal.SIGKILL)
         except ProcessLookupError:
@@ -114,9 +114,9 @@ class Process:
 
 
 class Group:
-    """Processes that are started one by one and stopped in order; leaving the `with` block stops what still runs.
+    """Processes by name; the end of the `with` block stops those that run.
 
-    Should this process be killed, they get SIGTERM at once and SIGKILL after `ORPHAN_S`.
+    If this process is killed, they get SIGTERM at once and SIGKILL after `ORPHAN_S`.
     """
 
     def __init__(self, logs: Path, env: Mapping[str, str]) -> None:
@@ -133,34 +133,34 @@ class Group:
         self.close()
 
     def close(self, last: str = "") -> None:
-        """Stop everything that still runs, `last` after all others."""
+        """Stop all processes that run, the process `last` after the others."""
         try:
             self.stop(*(name for name in self._processes if name != last))
             self.stop(*(name for name in self._processes if name == last))
         finally:
             for process in self._processes.values():
                 process.kill()
-            self._tell("done")
+            self._notify_guard("done")
             self._guard.wait()
 
     def start(self, name: str, command: Sequence[str], nice: int = 0) -> Process:
-        """Start one process."""
+        """Start a process."""
         process = Process(name, command, self._logs / f"{name}.log", self._env, nice)
         self._processes[name] = process
-        self._tell(str(process.pid))
+        self._notify_guard(str(process.pid))
         return process
 
     def __getitem__(self, name: str) -> Process:
         return self._processes[name]
 
     def check(self) -> None:
-        """Raise ProcessError if one has ended with an error."""
+        """Raise ProcessError if a process has ended with an error."""
         for process in self._processes.values():
             if process.code:
                 raise ProcessError(f"{process.name} ended with code {process.code}:\n{process.tail()}")
 
     def stop(self, *names: str) -> None:
-        """SIGINT to all of them at once, then SIGTERM, then SIGKILL to what did not end."""
+        """Send SIGINT to all of them, then SIGTERM, then SIGKILL, until each has ended."""
         for number in (signal.SIGINT, signal.SIGTERM):
             for name in names:
                 self._processes[name].signal(number)
@@ -170,10 +170,10 @@ class Group:
         for name in names:
             self._processes[name].kill()
 
-    def _tell(self, line: str) -> None:
+    def _notify_guard(self, line: str) -> None:
         assert self._guard.stdin
         try:
             self._guard.stdin.write(f"{line}\n")
             self._guard.stdin.flush()
-        except BrokenPipeError:  # someone killed the guard; the processes' own wish to die with us remains
+        except BrokenPipeError:  # the guard was killed; the processes' own parent-death signal remains
             pass

@@ -1,4 +1,4 @@
-"""A topic once more, slower, for who only looks: what a viewer costs is then no matter of the sensors' rate."""
+"""A second topic at a reduced rate, so that the cost of a viewer does not depend on the rate of the sensors."""
 
 from typing import Any
 
@@ -7,25 +7,25 @@ from rclpy.publisher import Publisher
 from vsa_common.ros.node import RELIABLE
 
 SUFFIX = "_throttle"  # as topic_tools names it
-PERIOD_NS = 20_000_000  # one message for each of these spans of the stamps
+PERIOD_NS = 20_000_000  # one message for each interval of the stamps: 50 Hz, more than a display needs
 
 
 class ThrottledPublisher:
-    """Publisher of TOPIC and, less often, of TOPIC_throttle: the same bytes."""
+    """Publisher of TOPIC and, at a reduced rate, of TOPIC_throttle: the same bytes."""
 
     def __init__(self, node: Node, kind: Any, topic: str) -> None:
-        """Reliable, both."""
+        """Both topics are reliable."""
         self.publishers: tuple[Publisher, Publisher] = (
             node.create_publisher(kind, topic, RELIABLE),
             node.create_publisher(kind, topic + SUFFIX, RELIABLE),
         )
-        self._span, self._news = -1, None
+        self._interval, self._state = -1, None
 
-    def publish(self, stamp_ns: int, data: bytes, news: Any = None) -> None:
-        """Publish; viewers get the first message of each span, and every one whose `news` differ."""
-        everybody, viewers = self.publishers
-        everybody.publish(data)
-        span = stamp_ns // PERIOD_NS
-        if span != self._span or news != self._news:
-            self._span, self._news = span, news
-            viewers.publish(data)
+    def publish(self, stamp_ns: int, data: bytes, state: Any = None) -> None:
+        """Publish; the throttled topic gets the first message of each interval and each change of `state`."""
+        full, throttled = self.publishers
+        full.publish(data)
+        interval = stamp_ns // PERIOD_NS
+        if interval != self._interval or state != self._state:
+            self._interval, self._state = interval, state
+            throttled.publish(data)

@@ -1,19 +1,19 @@
-"""From a signal's value to SI: scale, offset, sign, and the tare of a force sensor."""
+"""Raw signal to SI: scale, offset, sign, and the tare of a force sensor."""
 
 from collections import deque
 from dataclasses import dataclass
 from statistics import fmean, pstdev
 
-TARE_SAMPLES = 200
+from vsa_driver.tuning import TARE_SAMPLES
 
 
 class TareError(ValueError):
-    """A force sensor cannot be tared now; the text says why."""
+    """A force sensor cannot be tared; the text states the reason."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """A straight line from a signal to a quantity in SI: `gain * value + offset`.
+    """Affine map from a signal to a quantity in SI: `gain * value + offset`.
 
     >>> Calibration.of(scale=2.0, offset=0.5, reverse=True)(10.0)
     -19.5
@@ -24,7 +24,7 @@ class Calibration:
 
     @classmethod
     def of(cls, scale: float, offset: float, reverse: bool) -> "Calibration":
-        """From the words of the parameters; `reverse` turns the sign of the signal, not of the offset."""
+        """Calibration of the parameters; `reverse` changes the sign of the signal, not of the offset."""
         return cls(-scale if reverse else scale, offset)
 
     def __call__(self, value: float) -> float:
@@ -36,29 +36,37 @@ class Calibration:
 
 
 class Tare:
-    """Takes the mean of the last forces as zero."""
+    """Subtracts an offset [N] from every force; `take` sets it to the mean of the last forces.
 
-    def __init__(self, spread: float) -> None:
-        self.offset = 0.0  # subtracted from every force [N]
-        self._spread = spread
+    The mean is of consecutive samples: it restarts where the stamps of two samples are more than `max_gap_ns` apart.
+    """
+
+    def __init__(self, max_std: float, max_gap_ns: int) -> None:
+        self.offset = 0.0  # [N]
+        self._max_std = max_std  # [N]
+        self._max_gap_ns = max_gap_ns
+        self._stamp_ns = 0
         self._recent: deque[float] = deque(maxlen=TARE_SAMPLES)
 
-    def add(self, force: float) -> float:
-        """The tared force [N] of a calibrated one."""
+    def add(self, stamp_ns: int, force: float) -> float:
+        """Take a calibrated force and return the tared one [N]."""
+        if not 0 <= stamp_ns - self._stamp_ns <= self._max_gap_ns:  # negative: the clock was set back
+            self.restart()
+        self._stamp_ns = stamp_ns
         self._recent.append(force)
         return force - self.offset
 
-    def forget(self) -> None:
-        """Start collecting anew, after a silence."""
+    def restart(self) -> None:
+        """Discard the collected forces; the offset stays."""
         self._recent.clear()
 
     def take(self) -> float:
-        """Make the last forces zero and return the new offset [N]. Raises TareError where they do not rest."""
+        """Set the offset to the mean of the last forces and return it [N]. Raises TareError if they vary."""
         if len(self._recent) < TARE_SAMPLES:
-            raise TareError(f"{len(self._recent)} of {TARE_SAMPLES} samples so far; wait a moment")
+            raise TareError(f"{len(self._recent)} of {TARE_SAMPLES} consecutive samples so far; repeat the call")
         recent = list(self._recent)
-        spread = pstdev(recent)
-        if spread > self._spread:
-            raise TareError(f"the force moves, standard deviation {spread:.3g} N over the limit of {self._spread:g} N")
+        std = pstdev(recent)
+        if std > self._max_std:
+            raise TareError(f"the force is not stationary: standard deviation {std:.3g} N, limit {self._max_std:g} N")
         self.offset = fmean(recent)
         return self.offset

@@ -1,4 +1,4 @@
-"""From readings to samples in SI: transmissions, joint and motors."""
+"""Readings to samples in SI: one channel for each transmission, the joint and the motors."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from vsa_driver.acquisition.counter import Unwrapped
 from vsa_driver.acquisition.mapping import Source, sources
 from vsa_driver.acquisition.stream import COUNTER, Reading, Stream
 from vsa_driver.can.frames import FrameSet
-from vsa_driver.settings import JointSettings, MotorSettings, TransmissionSettings
+from vsa_driver.settings import DriverSettings, JointSettings, MotorSettings
 
 
 class Measurement(NamedTuple):
@@ -15,13 +15,13 @@ class Measurement(NamedTuple):
 
     transmission: str
     stamp_ns: int
-    number: int  # of the sample, by the device's rolling counter
+    sequence: int  # by the device's rolling counter
     force: float  # [N]
     deflection: float  # [m]
 
 
 class JointSample(NamedTuple):
-    """What one frame says of the joint's shaft; None is not measured."""
+    """One sample of the joint's shaft; None is not measured."""
 
     stamp_ns: int
     angle: float | None  # [rad]
@@ -29,39 +29,40 @@ class JointSample(NamedTuple):
 
 
 class MotorSample(NamedTuple):
-    """Where the motors are."""
+    """One sample of the motors."""
 
     stamp_ns: int
     positions: tuple[float, ...]  # [rad]
-    holding: bool  # the device's watchdog holds
+    holding: bool  # the device's watchdog holds the motors
 
 
-class TransmissionCapture:
-    """Samples of one transmission, calibrated."""
+class TransmissionChannel:
+    """Calibrated samples of one transmission."""
 
-    def __init__(self, name: str, settings: TransmissionSettings, frames: FrameSet, tare_spread: float) -> None:
+    def __init__(self, name: str, settings: DriverSettings, frames: FrameSet) -> None:
+        own = settings.transmission(name)
         roles = {"force": "force_signal", "encoder": "encoder_signal", COUNTER: "counter_signal"}
-        wanted = {role: (f"{name}.{field}", getattr(settings, field)) for role, field in roles.items()}
+        requested = {role: (f"{name}.{field}", getattr(own, field)) for role, field in roles.items()}
         self.name = name
-        self.stream = Stream(sources(frames, wanted, needed=("force", "encoder")))
-        self.tare = Tare(tare_spread)
+        self.stream = Stream(sources(frames, requested, required=("force", "encoder")))
+        self.tare = Tare(settings.tare_spread, int(settings.silence * 1e9))
         self.force_saturated = 0
         self.deflection_saturated = 0
-        self._settings = settings
-        self._force = Calibration.of(settings.force_scale, settings.force_offset, settings.force_reversed)
-        self._deflection = Calibration.of(settings.encoder_scale, settings.encoder_offset, settings.encoder_reversed)
+        self._settings = own
+        self._force = Calibration.of(own.force_scale, own.force_offset, own.force_reversed)
+        self._deflection = Calibration.of(own.encoder_scale, own.encoder_offset, own.encoder_reversed)
         self._force_index, self._encoder_index = (self.stream.roles.index(role) for role in ("force", "encoder"))
-        signal = next(part.signal("encoder") for part in self.stream.sources if "encoder" in part.roles)
-        middle = (settings.deflection_min + settings.deflection_max) / 2
-        ends = [self._deflection.inverse(end) for end in (settings.deflection_min, settings.deflection_max)]
+        signal = next(source.signal("encoder") for source in self.stream.sources if "encoder" in source.roles)
+        middle = (own.deflection_min + own.deflection_max) / 2
+        ends = [self._deflection.inverse(end) for end in (own.deflection_min, own.deflection_max)]
         self._count = Unwrapped(
-            period=signal.step * 2.0 ** (settings.encoder_bits or signal.bits),
+            period=signal.step * 2.0 ** (own.encoder_bits or signal.bits),
             centre=self._deflection.inverse(middle),
-            reach=abs(ends[1] - ends[0]),
+            max_travel=abs(ends[1] - ends[0]),
         )
 
     def add(self, index: int, data: bytes, stamp_ns: int) -> Measurement | None:
-        """Take a frame of message `index` of `stream.sources`."""
+        """Take a frame of message `index` of `stream.sources`; the sample that it completes."""
         reading = self.stream.add(index, data, stamp_ns)
         if reading is None:
             return None
@@ -69,23 +70,25 @@ class TransmissionCapture:
         deflection = self._deflection(self._count.add(reading.values[self._encoder_index]))
         self.force_saturated += abs(force) >= self._settings.force_limit
         self.deflection_saturated += not self._settings.deflection_min <= deflection <= self._settings.deflection_max
-        return Measurement(self.name, reading.stamp_ns, reading.number, self.tare.add(force), deflection)
+        stamp_ns = reading.stamp_ns
+        return Measurement(self.name, stamp_ns, reading.sequence, self.tare.add(stamp_ns, force), deflection)
 
     def counts(self) -> dict[str, int]:
-        """Everything counted, by name."""
+        """All counters, by name."""
         own = {"force_saturated": self.force_saturated, "deflection_saturated": self.deflection_saturated}
         return self.stream.counts() | own
 
 
-class JointCapture:
-    """What one message says of the joint."""
+class JointChannel:
+    """Samples of the joint's shaft from one message."""
 
     def __init__(self, source: Source, settings: JointSettings) -> None:
+        self.name = source.message.name
         self.stream = Stream((source,))
         self._scales = {"angle": settings.angle_scale, "torque": settings.torque_scale}
 
     def add(self, index: int, data: bytes, stamp_ns: int) -> JointSample | None:
-        """Take a frame."""
+        """Take a frame; its sample."""
         reading = self.stream.add(index, data, stamp_ns)
         if reading is None:
             return None
@@ -93,7 +96,7 @@ class JointCapture:
         return JointSample(reading.stamp_ns, angle, torque)
 
     def counts(self) -> dict[str, int]:
-        """Everything counted, by name."""
+        """All counters, by name."""
         return self.stream.counts()
 
     def _value(self, role: str, reading: Reading) -> float | None:
@@ -102,18 +105,19 @@ class JointCapture:
         return self._scales[role] * reading.values[self.stream.roles.index(role)]
 
 
-class MotorCapture:
+class MotorChannel:
     """Positions of the motors."""
 
-    def __init__(self, parts: tuple[Source, ...], settings: MotorSettings) -> None:
-        self.stream = Stream(parts)
+    def __init__(self, motor_sources: tuple[Source, ...], settings: MotorSettings) -> None:
+        self.name = motor_sources[0].message.name
+        self.stream = Stream(motor_sources)
         self._scale = settings.scale
         roles = self.stream.roles
         self._positions = [roles.index(role) for role in sorted(roles) if role.startswith("motor_")]
         self._holding = roles.index("holding") if "holding" in roles else -1
 
     def add(self, index: int, data: bytes, stamp_ns: int) -> MotorSample | None:
-        """Take a frame."""
+        """Take a frame; the sample that it completes."""
         reading = self.stream.add(index, data, stamp_ns)
         if reading is None:
             return None
@@ -121,5 +125,9 @@ class MotorCapture:
         return MotorSample(reading.stamp_ns, positions, self._holding >= 0 and bool(reading.values[self._holding]))
 
     def counts(self) -> dict[str, int]:
-        """Everything counted, by name."""
+        """All counters, by name."""
         return self.stream.counts()
+
+
+Sample = Measurement | JointSample | MotorSample
+Channel = TransmissionChannel | JointChannel | MotorChannel

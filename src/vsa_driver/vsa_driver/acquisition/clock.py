@@ -1,20 +1,19 @@
-"""Capture time of a frame on the epoch, whatever clock the adapter stamps with."""
+"""Capture time of a frame on the epoch, for any clock of the adapter."""
 
 import math
 
-NANOSECONDS = 1_000_000_000
+from vsa_common.stamps import NANOSECONDS
+from vsa_driver.tuning import EPOCH_TOLERANCE_NS, MAX_CLOCK_DRIFT
 
-_ON_EPOCH_NS = 60 * NANOSECONDS  # stamps this near to the host's time are of its clock
-_LATEST_S = 2.0**34  # no clock shows the year 2514
-_DRIFT = 2e-4  # an adapter's crystal may be this much slower than the host's
+_MAX_STAMP_S = 2.0**34  # [s] year 2514; a larger value is no time stamp
 
 
 class CaptureClock:
     """Maps an adapter's time stamps to the epoch.
 
-    Stamps of the host's clock (socketcan, udp_multicast) pass unchanged. An adapter that counts from its own start
-    is mapped by the least delay seen between its stamp and the arrival; that follows its drift and its restarts, and
-    no stamp lies in the future. An adapter without stamps (0) gets the time of arrival.
+    Stamps of the host's clock (socketcan, udp_multicast) pass unchanged. A clock that counts from the adapter's own
+    start is mapped by the least delay between stamp and arrival, which follows its drift and its restarts; no stamp
+    is in the future. A frame without stamp (0) gets the time of arrival.
     """
 
     def __init__(self) -> None:
@@ -22,26 +21,26 @@ class CaptureClock:
         self._device_ns: int | None = None
         self._offset_ns = math.inf  # steady clock minus adapter's clock, at the least delay
 
-    def epoch(self, timestamp: float, now_ns: int, steady_ns: int) -> int:
-        """Stamp [ns since the epoch] of a frame stamped `timestamp` [s] that arrived at `now_ns`.
+    def to_epoch(self, timestamp: float, now_ns: int, steady_ns: int) -> int:
+        """Update the map and return the stamp [ns since the epoch] of a frame stamped `timestamp` [s].
 
-        `steady_ns` is the arrival on a clock that is never set.
+        The frame arrived at `now_ns` [ns since the epoch], `steady_ns` on a monotonic clock.
         """
-        if not 0.0 < timestamp < _LATEST_S:  # also false for NaN
+        if not 0.0 < timestamp < _MAX_STAMP_S:  # also false for NaN
             return now_ns
         seconds = int(timestamp)
         device_ns = seconds * NANOSECONDS + round((timestamp - seconds) * NANOSECONDS)
-        if abs(now_ns - device_ns) < _ON_EPOCH_NS:
+        if abs(now_ns - device_ns) < EPOCH_TOLERANCE_NS:
             return device_ns
-        return now_ns - steady_ns + self._steady(device_ns, steady_ns)
+        return now_ns - steady_ns + self._to_steady(device_ns, steady_ns)
 
-    def _steady(self, device_ns: int, steady_ns: int) -> int:
+    def _to_steady(self, device_ns: int, steady_ns: int) -> int:
         if self._device_ns is not None:
             if device_ns < self._device_ns:
                 self.restarts += 1
                 self._offset_ns = math.inf
             else:
-                self._offset_ns += _DRIFT * (device_ns - self._device_ns)
+                self._offset_ns += MAX_CLOCK_DRIFT * (device_ns - self._device_ns)
         self._device_ns = device_ns
         self._offset_ns = min(self._offset_ns, steady_ns - device_ns)
         return device_ns + int(self._offset_ns)

@@ -1,4 +1,4 @@
-"""From the words of the parameters to the DBC: which message carries which signals of what belongs together."""
+"""Parameters to DBC: which message carries which of the signals that are read together."""
 
 import sys
 from collections.abc import Callable, Collection, Mapping
@@ -14,7 +14,7 @@ _RIG = "package://vsa_driver/config/vsa_rig.dbc"
 
 @dataclass(frozen=True)
 class Source:
-    """One message, and those of its signals that are read together. `roles` says what each is for."""
+    """One message, and those of its signals that are read together; `roles` is the use of each signal."""
 
     message: Message
     roles: tuple[str, ...]
@@ -23,41 +23,43 @@ class Source:
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
-        """Range of each signal by the DBC; without one, all finite numbers."""
-        return tuple((_or(s.minimum, -sys.float_info.max), _or(s.maximum, sys.float_info.max)) for s in self.signals)
+        """Range of each signal in the DBC; all finite numbers where the DBC has none."""
+        return tuple(
+            (_default(s.minimum, -sys.float_info.max), _default(s.maximum, sys.float_info.max)) for s in self.signals
+        )
 
     def signal(self, role: str) -> Signal:
-        """The signal that plays `role`."""
+        """The signal with the role `role`."""
         return self.signals[self.roles.index(role)]
 
 
 def load_frames(dbc: str) -> FrameSet:
     """The DBC at a path, or at package://package/path. Raises ConfigurationError."""
     try:
-        return FrameSet(_located(dbc))
+        return FrameSet(_resolve(dbc))
     except FrameError as error:
         raise ConfigurationError(f"dbc = {dbc!r}: {error}") from error
 
 
 def sources(
-    frames: FrameSet, wanted: Mapping[str, tuple[str, str]], needed: Collection[str] = ()
+    frames: FrameSet, requested: Mapping[str, tuple[str, str]], required: Collection[str] = ()
 ) -> tuple[Source, ...]:
-    """The messages that carry `wanted`, {role: (parameter, "message.signal")}, each with its roles in that order.
+    """The messages that carry `requested`, {role: (parameter, "message.signal")}, each with its roles in that order.
 
-    An empty "message.signal" is left out, unless its role is `needed`.
-    Raises ConfigurationError naming the parameter whose signal is not there.
+    An empty "message.signal" is left out, unless its role is `required`.
+    Raises ConfigurationError naming the parameter whose signal does not exist.
     """
     by_message: dict[str, list[str]] = {}
-    for role, (parameter, name) in wanted.items():
-        if name or role in needed:
+    for role, (parameter, name) in requested.items():
+        if name or role in required:
             by_message.setdefault(_split(parameter, name)[0], []).append(role)
-    return tuple(_source(frames, wanted, name, tuple(roles)) for name, roles in by_message.items())
+    return tuple(_source(frames, requested, name, tuple(roles)) for name, roles in by_message.items())
 
 
-def _source(frames: FrameSet, wanted: Mapping[str, tuple[str, str]], name: str, roles: tuple[str, ...]) -> Source:
+def _source(frames: FrameSet, requested: Mapping[str, tuple[str, str]], name: str, roles: tuple[str, ...]) -> Source:
     signals = []
     for role in roles:
-        parameter, reference = wanted[role]
+        parameter, reference = requested[role]
         try:
             message = frames.message(name)
             signals.append(message.signal(_split(parameter, reference)[1]))
@@ -73,7 +75,7 @@ def _split(parameter: str, reference: str) -> tuple[str, str]:
     return message, signal
 
 
-def _located(dbc: str) -> Path:
+def _resolve(dbc: str) -> Path:
     if dbc == _RIG:
         return RIG_DBC
     if not dbc.startswith(_PACKAGE):
@@ -87,5 +89,5 @@ def _located(dbc: str) -> Path:
         raise ConfigurationError(f"dbc = {dbc!r}: no package {package!r}") from error
 
 
-def _or(limit: float | None, instead: float) -> float:
-    return instead if limit is None else float(limit)
+def _default(limit: float | None, default: float) -> float:
+    return default if limit is None else float(limit)

@@ -1,4 +1,4 @@
-"""Signals that are sampled together: their frames are read, checked and put together, and what was wrong is counted."""
+"""Signals that are sampled together: reads, checks and merges their frames, and counts the rejected ones."""
 
 from typing import NamedTuple
 
@@ -6,35 +6,35 @@ from vsa_driver.acquisition.counter import COUNTED, RollingCounter
 from vsa_driver.acquisition.mapping import Source
 from vsa_driver.can.frames import FrameError
 
-COUNTER = "counter"
+COUNTER = "counter"  # role of the signal that numbers the samples
 
 
 class Reading(NamedTuple):
     """Signals that were sampled together, in the DBC's units, in the order of their roles."""
 
     stamp_ns: int
-    number: int
+    sequence: int
     values: tuple[float, ...]
 
 
 class Stream:
-    """Puts the signals of one thing together, from one message or several."""
+    """Merges the signals of one channel, which arrive in one message or in several."""
 
-    def __init__(self, parts: tuple[Source, ...]) -> None:
+    def __init__(self, sources: tuple[Source, ...]) -> None:
         self.samples = 0
         self.wrong_length = 0
         self.out_of_range = 0
-        self.incomplete = 0  # samples of which a message did not come
-        self.sources = parts
-        self.roles = tuple(role for part in parts for role in part.roles)
-        self._limits = [part.limits for part in parts]
-        self._parts: dict[int, tuple[float, ...]] = {}
+        self.incomplete = 0  # samples of which a message did not arrive
+        self.sources = sources
+        self.roles = tuple(role for source in sources for role in source.roles)
+        self._limits = [source.limits for source in sources]
+        self._received: dict[int, tuple[float, ...]] = {}  # values of the present sample, by source
         self._stamp_ns = 0
         self._counter_index = self.roles.index(COUNTER) if COUNTER in self.roles else -1
-        self._counter = RollingCounter(self._bits()) if self._counter_index >= 0 else None
+        self._counter = RollingCounter(self._counter_bits()) if self._counter_index >= 0 else None
 
     def add(self, index: int, data: bytes, stamp_ns: int) -> Reading | None:
-        """Take a frame of message `index`; what is complete and right with it, or None. Never raises."""
+        """Take a frame of source `index`; the valid reading that it completes, or None. Raises nothing."""
         try:
             values = self.sources[index].read(data)
         except FrameError:
@@ -45,45 +45,40 @@ class Stream:
                 self.out_of_range += 1
                 return None
         if len(self.sources) > 1:
-            if not self._complete(index, values, stamp_ns):
+            if not self._merge(index, values, stamp_ns):
                 return None
-            values, stamp_ns = self._merged(), self._stamp_ns
-        number = self._number(values, stamp_ns)
-        if number is None:
+            values, stamp_ns = self._take_merged(), self._stamp_ns
+        sequence = self._next_sequence(values, stamp_ns)
+        if sequence is None:
             return None
         self.samples += 1
-        return Reading(stamp_ns, number, values)
-
-    @property
-    def lost(self) -> int:
-        """Samples that the device sent and that did not arrive."""
-        return self._counter.lost if self._counter else 0
+        return Reading(stamp_ns, sequence, values)
 
     def counts(self) -> dict[str, int]:
-        """Everything counted, by name."""
+        """All counters, by name."""
         counted = {name: getattr(self, name) for name in ("samples", "wrong_length", "out_of_range", "incomplete")}
         if self._counter is not None:
             counted |= {name: getattr(self._counter, name) for name in COUNTED}
         return counted
 
-    def _complete(self, index: int, values: tuple[float, ...], stamp_ns: int) -> bool:
-        if index in self._parts:  # the partner of the last one did not come
+    def _merge(self, index: int, values: tuple[float, ...], stamp_ns: int) -> bool:
+        if index in self._received:  # the other message of the last sample did not arrive
             self.incomplete += 1
-            self._parts.clear()
-        if not self._parts:
+            self._received.clear()
+        if not self._received:
             self._stamp_ns = stamp_ns
-        self._parts[index] = values
-        return len(self._parts) == len(self.sources)
+        self._received[index] = values
+        return len(self._received) == len(self.sources)
 
-    def _merged(self) -> tuple[float, ...]:
-        values = tuple(value for index in range(len(self.sources)) for value in self._parts[index])
-        self._parts.clear()
+    def _take_merged(self) -> tuple[float, ...]:
+        values = tuple(value for index in range(len(self.sources)) for value in self._received[index])
+        self._received.clear()
         return values
 
-    def _number(self, values: tuple[float, ...], stamp_ns: int) -> int | None:
+    def _next_sequence(self, values: tuple[float, ...], stamp_ns: int) -> int | None:
         if self._counter is None:
             return self.samples
         return self._counter.add(int(values[self._counter_index]), stamp_ns)
 
-    def _bits(self) -> int:
-        return next(part.signal(COUNTER).bits for part in self.sources if COUNTER in part.roles)
+    def _counter_bits(self) -> int:
+        return next(source.signal(COUNTER).bits for source in self.sources if COUNTER in source.roles)

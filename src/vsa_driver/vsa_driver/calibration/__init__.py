@@ -1,0 +1,4 @@
+"""Calibration of a force sensor against a gauge. Input: recorded forces of both. Output: scale and offset, parameters.
+
+Permitted imports: vsa_common, vsa_driver.settings, vsa_driver.tuning, numpy
+"""

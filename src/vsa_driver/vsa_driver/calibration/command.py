@@ -17,7 +17,7 @@ from vsa_driver.settings import DriverSettings, TransmissionSettings
 
 
 def main(args: list[str] | None = None) -> int:
-    """Calibrate one sensor; 0 when it could be determined, 1 with one line on stderr when not."""
+    """Calibrate one sensor. Returns 0, or 1 with one line on stderr where the logs do not determine it."""
     options = _parser().parse_args(args)
     try:
         settings = load(options.config, "driver", DriverSettings) if options.config else DriverSettings()
@@ -29,12 +29,12 @@ def main(args: list[str] | None = None) -> int:
         print(f"calibrate: {error}", file=sys.stderr)
         return 1
     show(options.transmission, result)
-    print(f"wrote {options.out}; lay it over the rig's parameters" if options.out else text)
+    print(f"wrote {options.out}; merge it into the rig's parameters" if options.out else text)
     return 0
 
 
 def calibrate(source: Path, reference: Path | None, transmission: str, max_lag: float) -> GaugeFit:
-    """The fit of a recording to its own `reference` column, or to the gauge's log. Raises naming the file."""
+    """Fit a recording to its own `reference` column or to the gauge's log. Raises GaugeError naming the file."""
     try:
         if reference is None:
             if source.suffix.lower() != ".csv":
@@ -53,23 +53,23 @@ def read_force(source: Path, transmission: str) -> tuple[Array, Array]:
     if source.suffix.lower() == ".csv":
         columns = read_columns(source, ["stamp", "force"])
         return columns["stamp"], columns["force"]
-    wanted = [name for name in topics(source) if re.fullmatch(rf"(.*/)?{transmission}/force", name)]
-    if len(wanted) != 1:
-        raise GaugeError(f"expected one topic {transmission}/force, found {', '.join(wanted) or 'none'}")
+    matching = [name for name in topics(source) if re.fullmatch(rf"(.*/)?{transmission}/force", name)]
+    if len(matching) != 1:
+        raise GaugeError(f"expected one topic {transmission}/force, found {', '.join(matching) or 'none'}")
     samples = [
-        (nanoseconds(message.header.stamp) * 1e-9, message.wrench.force.x) for _, _, message in read(source, wanted)
+        (nanoseconds(message.header.stamp) * 1e-9, message.wrench.force.x) for _, _, message in read(source, matching)
     ]
     stamp, force = np.array(samples).reshape(-1, 2).T
     return stamp, force
 
 
 def parameter_file(transmission: str, before: TransmissionSettings, result: GaugeFit) -> str:
-    """Driver parameters, when the recording was made with those of `before`."""
+    """Driver parameters (YAML) for a recording that was made with those of `before`."""
     scale, offset = result.scale * before.force_scale, result.scale * before.force_offset + result.offset
     scale_std = result.scale_std * before.force_scale
-    across = 2.0 * before.force_offset * result.scale_offset_covariance
-    offset_std = np.sqrt((before.force_offset * result.scale_std) ** 2 + across + result.offset_std**2)
-    turned = before.force_reversed != (scale < 0.0)
+    covariance = 2.0 * before.force_offset * result.scale_offset_covariance
+    offset_std = np.sqrt((before.force_offset * result.scale_std) ** 2 + covariance + result.offset_std**2)
+    is_reversed = before.force_reversed != (scale < 0.0)
     return "\n".join(
         [
             f"# {result.samples} samples, {result.force_min:.4g} to {result.force_max:.4g} N by the gauge,"
@@ -79,14 +79,14 @@ def parameter_file(transmission: str, before: TransmissionSettings, result: Gaug
             f"    {transmission}:",
             f"      force_scale: {abs(scale)!r}    # [N per unit] +- {scale_std:.2g}",
             f"      force_offset: {offset!r}    # [N] +- {offset_std:.2g}",
-            f"      force_reversed: {str(turned).lower()}",
+            f"      force_reversed: {str(is_reversed).lower()}",
             "",
         ]
     )
 
 
 def show(transmission: str, result: GaugeFit) -> None:
-    """The result as a table, one standard deviation beside each value."""
+    """Print the result as a table with standard deviations."""
     rows = [
         ["scale", f"{result.scale:.6f}", f"{result.scale_std:.6f}", "1"],
         ["offset", f"{result.offset:+.5f}", f"{result.offset_std:.5f}", "N"],

@@ -5,18 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from vsa_common.types import Array
-
-_FEWEST = 10  # samples in common
-_SPREAD = 20.0  # the force must vary by so many times the sensor's noise
+from vsa_driver.tuning import CORRELATION_TIMES, LAG_LIMIT, MIN_COMMON_SAMPLES, MIN_EXCITATION
 
 
 class GaugeError(ValueError):
-    """The two logs do not determine a calibration; the text says why."""
+    """The two logs do not determine a calibration; the text states the reason."""
 
 
 @dataclass(frozen=True)
 class GaugeFit:
-    """reference = scale * force + offset, with what is left over."""
+    """reference = scale * force + offset, and its residuals."""
 
     scale: float  # [1]
     scale_std: float
@@ -32,26 +30,26 @@ class GaugeFit:
 
 
 def fit(force: Array, reference: Array) -> GaugeFit:
-    """Straight line from force [N] to reference [N], taken at the same instants.
+    """Least-squares line from force [N] to reference [N], both (n,), taken at the same instants.
 
-    Standard deviations allow for residuals that are correlated in time, as hysteresis and filters make them
+    Standard deviations account for residuals that are correlated in time, which hysteresis and filters cause
     (Newey and West, 1987). Raises GaugeError.
     """
     finite = np.isfinite(force) & np.isfinite(reference)
     x, y = force[finite], reference[finite]
-    if x.size < _FEWEST:
-        raise GaugeError(f"{x.size} samples in common, expected at least {_FEWEST}")
+    if x.size < MIN_COMMON_SAMPLES:
+        raise GaugeError(f"{x.size} samples in common, expected at least {MIN_COMMON_SAMPLES}")
     noise = float(np.std(np.diff(x, 2))) / np.sqrt(6.0)  # a second difference of white noise has six times its variance
-    if not np.std(x) > _SPREAD * noise:
-        spread = f"force varies by {np.std(x):.3g} N only, at {noise:.3g} N of noise"
-        raise GaugeError(f"{spread}; load the sensor over its range, slowly")
+    if not np.std(x) > MIN_EXCITATION * noise:
+        variation = f"force varies by {np.std(x):.3g} N only, at {noise:.3g} N of noise"
+        raise GaugeError(f"{variation}; load the sensor over its range, slowly")
     mean = x.mean()
     design = np.column_stack([x - mean, np.ones_like(x)])
     (scale, level), *_ = np.linalg.lstsq(design, y, rcond=None)
     residual = y - design @ np.array([scale, level])
-    covariance = _sandwich(design, residual)
-    back = np.array([[1.0, 0.0], [-mean, 1.0]])  # offset = level - scale * mean
-    covariance = back @ covariance @ back.T
+    covariance = _hac_covariance(design, residual)
+    uncentre = np.array([[1.0, 0.0], [-mean, 1.0]])  # offset = level - scale * mean
+    covariance = uncentre @ covariance @ uncentre.T
     return GaugeFit(
         scale=float(scale),
         scale_std=float(np.sqrt(covariance[0, 0])),
@@ -68,9 +66,9 @@ def fit(force: Array, reference: Array) -> GaugeFit:
 
 
 def fit_logs(stamp: Array, force: Array, gauge_stamp: Array, gauge: Array, max_lag: float) -> GaugeFit:
-    """As `fit`, for a gauge that was logged elsewhere, at its own rate, with a clock off by up to `max_lag` [s].
+    """As `fit`, for a gauge with its own log and rate, whose clock is off by up to `max_lag` [s].
 
-    The lag is the one that leaves least over. Raises GaugeError, also where the best lag is at the end of its range.
+    The lag minimizes the residual variance. Raises GaugeError, also where the best lag is at the end of its range.
     """
     if np.any(np.diff(gauge_stamp) <= 0.0):
         row = int(np.argmax(np.diff(gauge_stamp) <= 0.0)) + 1
@@ -81,50 +79,51 @@ def fit_logs(stamp: Array, force: Array, gauge_stamp: Array, gauge: Array, max_l
         inside = (at >= gauge_stamp[0]) & (at <= gauge_stamp[-1]) & np.isfinite(force)
         return force[inside], np.interp(at[inside], gauge_stamp, gauge)
 
-    lag = _least(lambda lag: _left_over(*paired(lag)), max_lag) if max_lag > 0.0 else 0.0
-    if max_lag > 0.0 and abs(lag) > 0.99 * max_lag and paired(lag)[0].size >= _FEWEST:
+    lag = _minimize(lambda lag: _residual_variance(*paired(lag)), max_lag) if max_lag > 0.0 else 0.0
+    if max_lag > 0.0 and abs(lag) > LAG_LIMIT * max_lag and paired(lag)[0].size >= MIN_COMMON_SAMPLES:
         raise GaugeError(f"the logs fit best {lag:+.3g} s apart, at the end of the range searched; align their stamps")
     return replace(fit(*paired(lag)), lag=lag)
 
 
-def _left_over(x: Array, y: Array) -> float:
-    """Variance of y that no straight line in x explains."""
-    if x.size < _FEWEST:
+def _residual_variance(x: Array, y: Array) -> float:
+    """Variance of y about its regression line on x."""
+    if x.size < MIN_COMMON_SAMPLES:
         return float("inf")
     (xx, xy), (_, yy) = np.cov(x, y)
     return float(yy - xy**2 / xx) if xx > 0.0 else float("inf")
 
 
-def _least(cost: Callable[[float], float], reach: float) -> float:
-    """Where `cost` is least within +-reach: grids, each a tenth as wide as the last."""
-    centre, width = 0.0, reach
+def _minimize(cost: Callable[[float], float], limit: float) -> float:
+    """Minimum of `cost` within +-limit by grids, each a tenth as wide as the one before."""
+    centre, width = 0.0, limit
     for _ in range(4):
-        grid = np.clip(np.linspace(centre - width, centre + width, 41), -reach, reach)
+        grid = np.clip(np.linspace(centre - width, centre + width, 41), -limit, limit)
         centre = float(grid[np.argmin([cost(float(lag)) for lag in grid])])
         width /= 10.0
     return centre
 
 
-def _sandwich(design: Array, residual: Array) -> Array:
-    bread = np.linalg.inv(design.T @ design)
+def _hac_covariance(design: Array, residual: Array) -> Array:
+    """Covariance of least-squares coefficients under autocorrelated residuals (Newey and West, 1987), (2, 2)."""
+    inverse = np.linalg.inv(design.T @ design)
     score = design * residual[:, None]
-    meat = score.T @ score
-    reach = _memory(residual)
-    for lag in range(1, reach + 1):
-        weight = 1.0 - lag / (reach + 1.0)
+    spectral = score.T @ score
+    bandwidth = _bandwidth(residual)
+    for lag in range(1, bandwidth + 1):
+        weight = 1.0 - lag / (bandwidth + 1.0)
         cross = score[lag:].T @ score[:-lag]
-        meat += weight * (cross + cross.T)
-    share = reach / residual.size  # of the record that is remembered; widens as Kiefer and Vogelsang (2005) tabulate
-    wider = 1.0 + (2.9694 * share + 0.4160 * share**2 - 0.5324 * share**3) / 1.96
-    return np.asarray(bread @ meat @ bread) * wider**2
+        spectral += weight * (cross + cross.T)
+    fraction = bandwidth / residual.size  # of the record; fixed-b critical value of Kiefer and Vogelsang (2005)
+    widening = 1.0 + (2.9694 * fraction + 0.4160 * fraction**2 - 0.5324 * fraction**3) / 1.96
+    return np.asarray(inverse @ spectral @ inverse) * widening**2
 
 
-def _memory(residual: Array) -> int:
-    """How many samples residuals remember: eight times the lag at which their correlation has fallen to 1/e."""
+def _bandwidth(residual: Array) -> int:
+    """Lags in the covariance: a multiple of the lag [samples] at which the autocorrelation has fallen to 1/e."""
     size = residual.size
     spectrum = np.abs(np.fft.rfft(residual, 2 * size)) ** 2
     correlation = np.fft.irfft(spectrum)[: size // 4 + 1]
     if correlation[0] <= 0.0:
         return 0
     below = np.flatnonzero(correlation < correlation[0] / np.e)
-    return int(min(8 * (below[0] if below.size else size // 4), size // 4))
+    return int(min(CORRELATION_TIMES * (below[0] if below.size else size // 4), size // 4))

@@ -1,7 +1,7 @@
-"""The one door to python-can: open a bus from parameters, send and receive frames.
+"""The only module that imports python-can: open a bus from parameters, send and receive frames.
 
-Any interface of python-can will do. On a robot that is `socketcan`; between processes of one machine
-without CAN hardware `udp_multicast`; inside one process `virtual`.
+Every interface of python-can is supported: `socketcan` on a robot, `udp_multicast` between processes of one machine
+without CAN hardware, `virtual` inside one process.
 """
 
 import contextlib
@@ -25,11 +25,11 @@ from vsa_driver.can.socket_filter import drop_datagrams
 
 Frame = can.Message
 
-logging.getLogger("can").setLevel(logging.ERROR)  # a bus that did not open would warn once more when it is collected
+logging.getLogger("can").setLevel(logging.ERROR)  # a bus that failed to open warns again when it is collected
 
 _ID_FIELD = b"arbitration_id\xcd"  # as msgpack writes it before an identifier of two bytes
 
-IP_MULTICAST_ALL = 49  # <linux/in.h>; the socket module has no name for it
+IP_MULTICAST_ALL = 49  # <linux/in.h>; the socket module lacks the name
 
 
 class BusError(OSError):
@@ -37,12 +37,12 @@ class BusError(OSError):
 
 
 class MalformedFrame(ValueError):
-    """Something arrived that is no CAN frame; the bus itself is well."""
+    """A datagram arrived that is no CAN frame; the bus itself works."""
 
 
 @dataclass(frozen=True)
 class BusConfig:
-    """Which CAN bus to open, in python-can's words."""
+    """CAN bus to open, in python-can's terms."""
 
     interface: str = string("udp_multicast", "python-can interface: socketcan, udp_multicast, virtual, pcan, ...")
     channel: str = string("239.74.163.2", "channel of the interface: can0, a multicast address, a name")
@@ -65,7 +65,7 @@ class Bus:
     def send(
         self, arbitration_id: int, data: bytes, extended: bool = False, fd: bool = False, error: bool = False
     ) -> None:
-        """Send one frame, or an error frame where an interface can. Raises BusError when the bus does not take it."""
+        """Send one frame, or an error frame where an interface can. Raises BusError where the bus rejects it."""
         frame = can.Message(
             arbitration_id=arbitration_id, data=data, is_extended_id=extended, is_fd=fd, is_error_frame=error
         )
@@ -75,12 +75,12 @@ class Bus:
             raise BusError(f"{self.name}: {_reason(error)}") from error
 
     def receive(self, timeout: float | None = 0.0) -> Frame | None:
-        """Next frame with its capture time `timestamp` [s], or None after `timeout` [s]; None waits for ever.
+        """Next frame with its capture time `timestamp` [s], or None after `timeout` [s]; None waits without limit.
 
-        Raises BusError when the bus failed, MalformedFrame for something that is no frame.
+        Raises BusError when the bus failed, MalformedFrame for a datagram that is no frame.
         """
         if timeout == 0.0 and self._datagrams is not None and not self._datagrams.poll(0):
-            return None  # a tenth of the time that python-can takes to say so
+            return None  # takes a tenth of the time of python-can's recv
         try:
             return self._bus.recv(timeout)
         except (can.CanError, OSError, ValueError) as error:  # ValueError: the descriptor was closed
@@ -89,15 +89,15 @@ class Bus:
             raise BusError(f"{self.name}: {_reason(error)}") from error
 
     def ignore(self, arbitration_ids: Iterable[int]) -> None:
-        """Let the kernel drop standard frames of these identifiers where it can; elsewhere they still arrive.
+        """Let the kernel drop standard frames of these identifiers where it supports that; elsewhere they arrive.
 
-        A multicast socket hears what it sends itself.
+        A multicast socket receives what it sends.
         """
         if isinstance(self._bus, UdpMulticastBus):
-            head, found, _ = pack_message(can.Message(arbitration_id=0x7FF, is_extended_id=False)).partition(_ID_FIELD)
-            if found:
+            head, field, _ = pack_message(can.Message(arbitration_id=0x7FF, is_extended_id=False)).partition(_ID_FIELD)
+            if field:
                 with contextlib.suppress(OSError):
-                    drop_datagrams(self.fileno(), len(head + found) - 1, _ID_FIELD[-1], tuple(arbitration_ids))
+                    drop_datagrams(self.fileno(), len(head + field) - 1, _ID_FIELD[-1], tuple(arbitration_ids))
 
     def fileno(self) -> int:
         """File descriptor to wait on, -1 where the interface has none."""
@@ -142,7 +142,7 @@ def _open(interface: str, channel: str, options: dict[str, Any]) -> can.BusABC:
 
 
 class _LoopbackSocket(GeneralPurposeUdpMulticastBus):
-    """Joined on the loopback interface by its address; python-can asks the routing table, which may be empty."""
+    """Joins on the loopback interface by its address; python-can needs a route, and the routing table may be empty."""
 
     def _create_socket(self, address_family: socket.AddressFamily) -> socket.socket:
         loopback = socket.inet_aton("127.0.0.1")
@@ -157,7 +157,7 @@ class _LoopbackSocket(GeneralPurposeUdpMulticastBus):
 
 
 class _LoopbackBus(UdpMulticastBus):
-    """udp_multicast within a machine that has no network."""
+    """udp_multicast within a machine without network."""
 
     def __init__(self, channel: str, port: int = 43113, fd: bool = True, **_: Any) -> None:
         can.BusABC.__init__(self, channel)
@@ -166,13 +166,13 @@ class _LoopbackBus(UdpMulticastBus):
 
 
 def parse_options(options: tuple[str, ...]) -> dict[str, bool | int | float | str]:
-    """Arguments from texts, typed by their look. Raises BusError for one without `=`.
+    """Arguments from texts, each as bool, int, float or text. Raises BusError for one without `=`.
 
     >>> parse_options(("hop_limit=0", "fd=true", "port=0x400", "serial=AB1"))
     {'hop_limit': 0, 'fd': True, 'port': 1024, 'serial': 'AB1'}
     """
     parsed = {}
-    for option in filter(None, options):  # a parameter file writes no options as ['']
+    for option in filter(None, options):  # a parameter file writes an empty list as ['']
         key, equals, value = option.partition("=")
         if not equals or not key.strip().isidentifier():
             raise BusError(f"CAN bus option {option!r}: expected key=value")
@@ -190,15 +190,15 @@ def _typed(text: str) -> bool | int | float | str:
 
 
 def _check_options(interface: str, options: dict[str, Any], name: str) -> None:
-    # python-can swallows unknown arguments; a misspelt hop_limit would let frames leave the host
+    # python-can ignores unknown arguments; a misspelt hop_limit would let frames leave the host
     if interface not in can.interfaces.BACKENDS:
         raise BusError(f"no such interface; python-can has {', '.join(sorted(can.interfaces.BACKENDS))}")
     module, class_name = can.interfaces.BACKENDS[interface]
-    known = {"bitrate"}
+    accepted = {"bitrate"}
     for ancestor in getattr(importlib.import_module(module), class_name).__mro__[:-1]:
-        known |= set(inspect.signature(ancestor.__init__).parameters)
+        accepted |= set(inspect.signature(ancestor.__init__).parameters)
     for key in options:
-        if key not in known:
+        if key not in accepted:
             raise BusError(f"the interface has no option {key!r}")
 
 
@@ -207,13 +207,13 @@ def _tune_socket(descriptor: int, config: BusConfig) -> None:
         return
     try:
         handle = socket.socket(fileno=os.dup(descriptor))
-    except OSError:  # a serial line or a character device, nothing to tune
+    except OSError:  # a serial line or a character device has no socket options
         return
     with handle:
         if config.receive_buffer:
             handle.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, config.receive_buffer)
         if config.interface == "udp_multicast" and handle.family == socket.AF_INET:
-            # Linux hands a socket every group that anyone on the host joined, not only its own
+            # by default Linux delivers every group that any process of the host joined, not only the socket's own
             with contextlib.suppress(OSError):
                 handle.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
 

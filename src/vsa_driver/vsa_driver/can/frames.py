@@ -1,4 +1,4 @@
-"""The one door to cantools: a DBC file says what the bytes of a frame mean."""
+"""The only module that imports cantools: bytes of a frame to values and back, as a DBC file defines them."""
 
 import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -11,13 +11,13 @@ from cantools.database.can import Signal as CanSignal
 
 Values = tuple[int | float, ...]
 
-_EXACT = 52  # bits of a count that a float holds
+_EXACT_BITS = 52  # a float represents a count of this width exactly
 
 
 def _installed(name: str) -> Path:
-    beside = Path(__file__).resolve().parents[2] / "config" / name  # source tree and symlink install
-    if beside.exists():
-        return beside
+    in_tree = Path(__file__).resolve().parents[2] / "config" / name  # source tree and symlink install
+    if in_tree.exists():
+        return in_tree
     from ament_index_python import get_package_share_directory
 
     return Path(get_package_share_directory("vsa_driver")) / "config" / name
@@ -27,12 +27,12 @@ RIG_DBC = _installed("vsa_rig.dbc")
 
 
 class FrameError(ValueError):
-    """A DBC file, message or signal that is not there, or bytes that do not fit; the text names it."""
+    """A DBC file, message or signal does not exist, or bytes or values are invalid; the text names it."""
 
 
 @dataclass(frozen=True)
 class Signal:
-    """What a DBC file says of one signal."""
+    """Definition of one signal in a DBC file."""
 
     name: str
     unit: str
@@ -52,32 +52,32 @@ class Message:
         self.extended = message.is_extended_frame
         self.fd = message.is_fd
         self.length = message.length
-        plain = not message.is_multiplexed() and all(_is_plain(s) and s.length <= _EXACT for s in message.signals)
-        self._places = [_place(signal) for signal in message.signals] if plain else []
+        plain = not message.is_multiplexed() and all(_is_plain(s) and s.length <= _EXACT_BITS for s in message.signals)
+        self._layout = [_layout(signal) for signal in message.signals] if plain else []
 
     def signal(self, name: str) -> Signal:
-        """Description of a signal. Raises FrameError where there is none of that name."""
-        found = self._signal(name)
-        return Signal(name, found.unit or "", found.length, found.minimum, found.maximum, float(found.scale))
+        """Definition of a signal. Raises FrameError where the message has none of that name."""
+        one = self._signal(name)
+        return Signal(name, one.unit or "", one.length, one.minimum, one.maximum, float(one.scale))
 
     def encode(self, values: Mapping[str, float]) -> bytes:
         """Bytes of the frame from values in the DBC's units. Raises FrameError for one missing or out of range."""
-        if (data := self._quickly(values)) is not None:
+        if (data := self._encode_fast(values)) is not None:
             return data
         try:
             return self._message.encode(dict(values), strict=True)
         except (cantools.database.Error, KeyError, ValueError, OverflowError, TypeError) as error:
             raise FrameError(f"{self.name}: {' '.join(str(error).split())}") from error
 
-    def _quickly(self, values: Mapping[str, float]) -> bytes | None:
-        """The same bytes a fifth of the time, for what `_plain_reader` reads; None for what cantools has to judge."""
+    def _encode_fast(self, values: Mapping[str, float]) -> bytes | None:
+        """The bytes in a fifth of the time of cantools, for plain signals in their range; None for all others."""
         word = 0
-        for name, start, mask, scale, offset, low, high in self._places:
+        for name, start, mask, scale, offset, low, high in self._layout:
             value = values.get(name)
             if value is None or not low <= value <= high:
                 return None
             word |= (round((value - offset) / scale) & mask) << start
-        return word.to_bytes(self.length, "little") if 0 < len(values) == len(self._places) else None
+        return word.to_bytes(self.length, "little") if 0 < len(values) == len(self._layout) else None
 
     def decode(self, data: bytes) -> dict[str, float]:
         """Values of all signals in the DBC's units. Raises FrameError for a wrong length."""
@@ -85,7 +85,7 @@ class Message:
             raise FrameError(f"{self.name}: {len(data)} bytes, expected {self.length}")
         try:
             return self._message.decode(data, decode_choices=False)  # type: ignore[return-value]
-        except (cantools.database.Error, KeyError) as error:  # a multiplexer that names no page
+        except (cantools.database.Error, KeyError) as error:  # a multiplexer value without a page
             raise FrameError(f"{self.name}: {' '.join(str(error).split())}") from error
 
     def reader(self, *names: str) -> Callable[[bytes], Values]:
@@ -107,7 +107,7 @@ class Message:
         return read
 
     def _plain_reader(self, signals: Sequence[CanSignal]) -> Callable[[bytes], Values]:
-        """The same by shifting one integer, a third of the time, for little-endian signals without choices of pages."""
+        """Reads little-endian signals by shifts of one integer, in a third of the time of cantools."""
         fields = [(s.start, (1 << s.length) - 1, _sign(s), s.scale, s.offset) for s in signals]
 
         def read(data: bytes) -> Values:
@@ -138,8 +138,8 @@ def _sign(signal: CanSignal) -> int:
     return 1 << (signal.length - 1) if signal.is_signed else 0
 
 
-def _place(signal: CanSignal) -> tuple[str, int, int, float, float, float, float]:
-    """Name, first bit, mask, scale and offset of a plain signal, and the values that surely fit."""
+def _layout(signal: CanSignal) -> tuple[str, int, int, float, float, float, float]:
+    """Name, first bit, mask, scale and offset of a plain signal, and the range of its values."""
     sign, mask = _sign(signal), (1 << signal.length) - 1
     ends = sorted(raw * signal.scale + signal.offset for raw in (-sign, mask - sign))
     low = ends[0] if signal.minimum is None else max(ends[0], signal.minimum)
@@ -165,12 +165,12 @@ class FrameSet:
         self._messages = {message.name: Message(message) for message in database.messages}
 
     def message(self, name: str) -> Message:
-        """The message of that name. Raises FrameError where there is none."""
+        """The message of that name. Raises FrameError where the file has none."""
         if name not in self._messages:
             raise FrameError(f"DBC {self.path} has no message {name!r}{_hint(name, self._messages)}")
         return self._messages[name]
 
 
-def _hint(name: str, known: Iterable[str]) -> str:
-    near = difflib.get_close_matches(name, list(known), n=1)
+def _hint(name: str, names: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, list(names), n=1)
     return f"; did you mean {near[0]}?" if near else ""

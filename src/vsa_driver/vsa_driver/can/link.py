@@ -1,4 +1,4 @@
-"""A CAN bus that is read, by a thread of its own or step by step, and opened again when it fails."""
+"""A CAN bus that is read by a thread of its own or step by step, and reopened after a failure."""
 
 import threading
 import time
@@ -6,18 +6,16 @@ from collections.abc import Callable
 
 from vsa_common.ros.idle import Coalescer
 from vsa_driver.can.bus import Bus, BusConfig, BusError, Frame, MalformedFrame, open_bus
+from vsa_driver.tuning import BACKOFF_S, IDLE_PERIOD_S, POLL_S
 
-BACKOFF_S = (0.05, 1.0)  # first and longest wait before the bus is opened again
 _BUS_OFF = 0x40  # CAN_ERR_BUSOFF of <linux/can/error.h>, in the identifier of an error frame
-_POLL_S = 0.1  # how long a stop may take
-_QUIET_S = 0.005  # how often a listener is told that nothing has come
 
 
 class BusLink:
-    """Hands every frame to `on_frame` and tells `on_down` of a failure, from a thread of its own, or from `step`.
+    """Passes every frame to `on_frame` and the reason of a failure to `on_down`, from a thread or from `step`.
 
-    The thread rests for `rest` [s] between turns while it is busy.
-    And `on_quiet`, where it is given, of the instant of the steady clock [ns] until which nothing has come.
+    `on_idle`, where given, gets the instant of the monotonic clock [ns] until which no frame has arrived.
+    A busy thread waits for `coalescing_s` [s] between reads, so that frames are read in batches.
     """
 
     def __init__(
@@ -26,23 +24,23 @@ class BusLink:
         on_frame: Callable[[Frame], None],
         on_down: Callable[[str], None],
         opener: Callable[[BusConfig], Bus] = open_bus,
-        on_quiet: Callable[[int], None] | None = None,
-        rest: float = 0.0,
+        on_idle: Callable[[int], None] | None = None,
+        coalescing_s: float = 0.0,
     ) -> None:
         self.malformed = 0  # datagrams that were no frames
         self.failures = 0
         self.reopened = 0
         self.reason = ""  # why the bus is down; empty while it is up
-        self.last_reason = ""  # why it was down the last time
+        self.last_reason = ""  # of the last failure
         self._config = config
         self._on_frame = on_frame
         self._on_down = on_down
-        self._on_quiet = on_quiet
+        self._on_idle = on_idle
         self._opener = opener
         self._bus: Bus | None = None
-        self._wait_s, self._again = BACKOFF_S[0], 0.0
-        self._rest_s = rest
-        self._poll_s = _POLL_S if on_quiet is None else _QUIET_S
+        self._backoff_s, self._retry_s = BACKOFF_S[0], 0.0
+        self._coalescing_s = coalescing_s
+        self._poll_s = POLL_S if on_idle is None else IDLE_PERIOD_S
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -52,22 +50,22 @@ class BusLink:
         return self._bus is not None and (self._thread is None or self._thread.is_alive())
 
     @property
-    def polled(self) -> bool:
-        """Whether there is no thread, and `step` has to be called."""
+    def single_threaded(self) -> bool:
+        """Whether the link has no thread and the caller has to call `step`."""
         return self._thread is None
 
-    def open(self, polled: bool = False) -> None:
-        """Open the bus and begin to read, with `polled` without a thread where the interface can be waited for.
+    def open(self, single_threaded: bool = False) -> None:
+        """Open the bus and read it; `single_threaded` without a thread where the interface has a file descriptor.
 
-        Raises BusError where it cannot be opened the first time.
+        Raises BusError where the bus cannot be opened the first time.
         """
         self._bus = self._opener(self._config)
-        if not polled or self._bus.fileno() < 0:
+        if not single_threaded or self._bus.fileno() < 0:
             self._thread = threading.Thread(target=self._read, name="can", daemon=True)
             self._thread.start()
 
     def fileno(self) -> int:
-        """What to wait for before `step`; -1 while the bus is down."""
+        """File descriptor to wait on before `step`; -1 while the bus is down."""
         return -1 if self._bus is None else self._bus.fileno()
 
     def close(self) -> None:
@@ -75,7 +73,7 @@ class BusLink:
         self._stopping.set()
         if self._thread is not None:
             self._thread.join()
-        self._drop()
+        self._close_bus()
 
     def send(self, arbitration_id: int, data: bytes, extended: bool, fd: bool) -> None:
         """Send one frame. Raises BusError while the bus is down."""
@@ -85,10 +83,10 @@ class BusLink:
         bus.send(arbitration_id, data, extended, fd)
 
     def step(self, timeout: float) -> bool:
-        """Take one frame, waiting for it so long [s], or mend the bus; whether there was one."""
+        """Read one frame, waiting at most `timeout` [s], or reopen the bus; whether there may be more to read."""
         begin = time.monotonic()
         if self._bus is None:
-            self._mend(begin, timeout)
+            self._reopen(begin, timeout)
             return False
         frame = None
         try:
@@ -102,25 +100,25 @@ class BusLink:
             self._fail(str(error))
             return True
         if frame is None:
-            self._quiet(begin + timeout)
+            self._report_idle(begin + timeout)
             return False
-        self._wait_s = BACKOFF_S[0]
+        self._backoff_s = BACKOFF_S[0]
         self._on_frame(frame)
         return True
 
     def _read(self) -> None:
-        rest = Coalescer(self._rest_s)
+        coalescer = Coalescer(self._coalescing_s)
         while not self._stopping.is_set():
             self.step(self._poll_s)
-            if (seconds := rest.due()) > 0.0:
+            if (pause_s := coalescer.pause()) > 0.0:
                 while self.step(0.0) and not self._stopping.is_set():
                     pass
-                self._stopping.wait(seconds)
+                self._stopping.wait(pause_s)
 
-    def _mend(self, now: float, timeout: float) -> None:
-        if now < self._again:
-            self._stopping.wait(min(timeout, self._again - now))
-            self._quiet(now)
+    def _reopen(self, now: float, timeout: float) -> None:
+        if now < self._retry_s:
+            self._stopping.wait(min(timeout, self._retry_s - now))
+            self._report_idle(now)
             return
         try:
             self._bus = self._opener(self._config)
@@ -132,22 +130,22 @@ class BusLink:
             self.reopened += 1
 
     def _back_off(self, now: float) -> None:
-        self._again = now + self._wait_s
-        self._wait_s = min(2 * self._wait_s, BACKOFF_S[1])
+        self._retry_s = now + self._backoff_s
+        self._backoff_s = min(2 * self._backoff_s, BACKOFF_S[1])
 
-    def _quiet(self, until: float) -> None:
-        """However late we are: nothing has come until then [s]. What came later has not been looked for yet."""
-        if self._on_quiet is not None:
-            self._on_quiet(int(until * 1e9))
+    def _report_idle(self, until: float) -> None:
+        """Report that no frame arrived until the instant `until` [s]; later frames have not been read yet."""
+        if self._on_idle is not None:
+            self._on_idle(int(until * 1e9))
 
     def _fail(self, reason: str) -> None:
         self.failures += 1
         self.reason = self.last_reason = reason
-        self._drop()
+        self._close_bus()
         self._back_off(time.monotonic())
         self._on_down(reason)
 
-    def _drop(self) -> None:
+    def _close_bus(self) -> None:
         bus, self._bus = self._bus, None
         if bus is not None:
             bus.close()

@@ -1,0 +1,4 @@
+"""Safety gate of motor commands. Input: commands and measured positions [rad]. Output: limited positions to send [rad].
+
+Permitted imports: vsa_driver.tuning
+"""

@@ -1,0 +1,4 @@
+"""Faults of sensors and bus. Input: failure commands, true readings and frames. Output: faulty readings and frames.
+
+Permitted imports: vsa_simulator.rig, numpy
+"""

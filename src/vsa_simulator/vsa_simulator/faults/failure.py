@@ -1,8 +1,8 @@
-"""Failures to rehearse, in the words of PX4's failure injection and some that it lacks.
+"""Failures to inject, in the syntax of PX4's failure injection, with additional types.
 
     <component> <failure type> [-i instance] [-t seconds] [-v value]
 
-Instance 0, the default, means every one; without -t a failure lasts until `ok`; -v is explained in `TYPES`.
+Instance 0, the default, is all instances; without -t a failure lasts until `ok`; `TYPES` defines -v.
 """
 
 import math
@@ -11,32 +11,32 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-# The sensors of the rig and the frames of its transmissions; bus_off silences all frames.
+# The sensors of the rig and the frames of its transmissions; bus_off stops all frames.
 INSTANCES = {"force": 2, "encoder": 2, "angle": 1, "torque": 1, "can_signal": 2}
 UNITS = {"force": "N", "encoder": "m", "angle": "rad", "torque": "N m"}
 
 TYPES = {
-    "ok": "back to normal",
+    "ok": "ends a failure",
     "off": "a sensor reads zero; can_signal sends nothing",
     "stuck": "the same value, or the same frame, every time",
     "garbage": "random values over the whole range, or frames of random bytes",
     "wrong": "value plus -v in the sensor's unit",
-    "slow": "only every -v th value or frame is fresh",
+    "slow": "only every -v th value or frame is new",
     "delayed": "values or frames are -v seconds old",
     "intermittent": "a fraction -v of the values reads zero, of the frames is lost",
     "spike": "one value, off by -v",
     "drift": "-v per second is added",
-    "noise": "-v times the usual noise",
+    "noise": "-v times the nominal noise",
     "saturated": "reads full scale",
     "wrap": "the encoder is set so that its counter wraps",
     "duplicate": "every frame twice",
     "reordered": "every second frame after the one that follows it",
-    "bus_off": "an error frame, then silence",
+    "bus_off": "an error frame, then no frames",
 }
 _ONLY_SENSORS = {"wrong", "spike", "drift", "noise", "saturated"}
 _ONLY_FRAMES = {"duplicate", "reordered", "bus_off"}
 
-# What -v is where it is not given: for any component, then for one.
+# Defaults of -v: for any component, and for one component.
 _VALUES = {"slow": 10.0, "delayed": 0.05, "intermittent": 0.1, "noise": 10.0}
 _SENSOR_VALUES = {
     ("wrong", "force"): 20.0,
@@ -55,12 +55,12 @@ _SENSOR_VALUES = {
 
 
 class FailureError(ValueError):
-    """Words that name no failure, or one that this rig cannot have; the text says which."""
+    """An invalid failure, or one that this rig does not support; the text names it."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """One failure of one component; `instance` 0 is all of them."""
+    """One failure of one component; `instance` 0 is all instances."""
 
     component: str
     kind: str
@@ -75,13 +75,13 @@ class Failure:
         return text + (f" -v {self.value:g}" if self.value else "")
 
     def matches(self, component: str, instance: int) -> bool:
-        """Whether it is about this instance, counted from 1."""
+        """Whether the failure affects this instance, counted from 1."""
         return self.component == component and self.instance in (0, instance)
 
 
 @dataclass(frozen=True)
 class Event:
-    """What happens at `at` [s] of a scenario: a failure, or a push on the joint [N m]."""
+    """Event at the time `at` [s] of a scenario: a failure, or a disturbance torque `push` on the joint [N m]."""
 
     at: float
     failure: Failure | None = None
@@ -89,7 +89,7 @@ class Event:
 
 
 def parse(text: str) -> Failure:
-    """A failure from its words. Raises FailureError.
+    """A failure from its text. Raises FailureError.
 
     >>> parse("failure force stuck -i 1 -t 5")
     Failure(component='force', kind='stuck', instance=1, duration=5.0, value=0.0)
@@ -124,22 +124,22 @@ def parse(text: str) -> Failure:
 
 
 def scenario(entries: Any) -> tuple[Event, ...]:
-    """Events in their order from a scenario file's list, `- {at: 20.0, failure: force stuck -i 1 -t 5}`.
+    """Events by time from a scenario file's list, `- {at: 20.0, failure: force stuck -i 1 -t 5}`.
 
     Raises FailureError naming the entry.
     """
     if not isinstance(entries, Sequence) or isinstance(entries, str):
-        raise FailureError("expected a list of {at: seconds, failure: words} or {at: seconds, push: N m}")
+        raise FailureError("expected a list of {at: seconds, failure: text} or {at: seconds, push: N m}")
     return tuple(sorted((_event(number, entry) for number, entry in enumerate(entries, 1)), key=lambda event: event.at))
 
 
 def _event(number: int, entry: Any) -> Event:
     if not isinstance(entry, Mapping) or set(entry) not in ({"at", "failure"}, {"at", "push"}):
-        raise FailureError(f"entry {number}: expected {{at: seconds, failure: words}} or {{at: seconds, push: N m}}")
+        raise FailureError(f"entry {number}: expected {{at: seconds, failure: text}} or {{at: seconds, push: N m}}")
     for name in ("at", "push"):
-        number_like = entry.get(name, 0.0)
-        if isinstance(number_like, bool) or not isinstance(number_like, int | float) or not math.isfinite(number_like):
-            raise FailureError(f"entry {number}: {name} = {number_like!r}: expected a number")
+        value = entry.get(name, 0.0)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise FailureError(f"entry {number}: {name} = {value!r}: expected a number")
     if "push" in entry:
         return Event(float(entry["at"]), push=float(entry["push"]))
     try:

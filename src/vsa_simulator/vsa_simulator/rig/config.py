@@ -1,4 +1,4 @@
-"""What the simulated rig is made of: the paper's rig by default."""
+"""Parameters of the simulated rig; the defaults are the paper's rig."""
 
 from dataclasses import dataclass
 
@@ -33,7 +33,7 @@ class SecondTransmissionConfig(TransmissionConfig):
 
 @dataclass(frozen=True)
 class FrictionConfig:
-    """How Coulomb friction meets a rod at rest."""
+    """Model of Coulomb friction about zero velocity."""
 
     model: str = choice("tanh", ("tanh", "lugre"), "tanh: smooth, never sticks; lugre: bristles, sticks and slips")
     smoothing_speed: float = quantity(5e-5, "m/s", 1e-6, 1e-2, "tanh: speed at which 76 % of the friction is there")
@@ -66,7 +66,7 @@ class TorqueConfig:
 
 @dataclass(frozen=True)
 class MotorConfig:
-    """Motors as position actuators: critically damped, limited in speed and place."""
+    """Motors as position actuators: critically damped, with limits of speed and position."""
 
     pulley_radius: float = quantity(0.010, "m", 1e-3, 0.1, "radius of the motor's pulley: tendon travel per radian")
     bandwidth: float = quantity(10.0, "Hz", 0.1, 1000.0, "bandwidth of the position loop")
@@ -78,7 +78,7 @@ class MotorConfig:
 
 @dataclass(frozen=True)
 class SensorConfig:
-    """Noise, resolution and width of what is measured; section VI."""
+    """Noise, resolution and range of the sensors; section VI."""
 
     force_noise_std: float = quantity(0.017, "N", 0.0, 10.0, "white noise of the force sensors")
     force_resolution: float = quantity(1e-4, "N", 0.0, 10.0, "step of the force sensors")

@@ -1,20 +1,19 @@
-"""The antagonistic joint in motion, integrated by fixed Runge-Kutta steps of fourth order.
+"""Dynamics of the antagonistic joint, integrated by the Runge-Kutta method of fourth order with fixed steps.
 
-T_1 = K_t (q_1 - R theta - 2 x_1), T_2 = K_t (q_2 + R theta - 2 x_2), never pushing;
+T_1 = K_t (q_1 - R theta - 2 x_1), T_2 = K_t (q_2 + R theta - 2 x_2), never negative;
 J theta'' + D theta' = R (T_1 - T_2) + tau_ext; rods as in `transmission`; motors critically damped.
-The tensions are taken once a stage for rods and shaft alike: taken at different instants they would
-add damping that is not there.
+Each stage evaluates the tensions once, for rods and shaft alike: tensions of different instants would add
+numerical damping.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_simulator.rig.motion import Motion, fade, position
+from vsa_simulator.rig.motion import Table, fade, position
+from vsa_simulator.rig.parameters import Command, Joint, Load, Model, Pair, Record, Steps, model_of
 from vsa_simulator.rig.transmission import (
-    Transmission,
     bristle_rate,
     damping,
     rod_acceleration,
@@ -23,96 +22,31 @@ from vsa_simulator.rig.transmission import (
     stiffness,
 )
 
-Pair = tuple[Transmission, Transmission]
-
-
-# Places in the state of the rig; SI, the motors' as travel of their tendons.
+# State of the rig, SI: shaft, rods with the bristles of their friction, motors as travel of their tendons.
 ANGLE, SPEED, X1, V1, Z1, X2, V2, Z2, Q1, W1, Q2, W2 = range(12)
 STATES = 12
-
-
-class Joint(NamedTuple):
-    """Numbers of shaft and motors for the integrator; SI, speed and place of the motors as tendon travel."""
-
-    radius: float
-    inertia: float
-    damping: float
-    equilibrium_angle: float
-    motor_rate: float
-    speed_limit: float
-    lower_limit: float
-    upper_limit: float
-    motor_radius: float
-
-
-class Load(NamedTuple):
-    """External torque: what the motors balance, what pushes besides [N m], and tones (amplitude, Hz, phase)."""
-
-    constant: float
-    push: float
-    tones: Array
-    fade_in: float
-
-
-# Where the numbers of a whole rig lie in one row: compiled code reads a named tuple that comes from Python at half a
-# microsecond a field.
-_SIDES = 2 * len(Transmission._fields)
-_JOINT_END = _SIDES + len(Joint._fields)
-CONSTANT, PUSH, TORQUE_FADE, CENTRE, KIND, MOTION_FADE = range(_JOINT_END, _JOINT_END + 6)
-
-
-def rig_numbers(p: Pair, j: Joint, load: Load, motion: Motion) -> Array:
-    """The numbers of transmissions, joint, load and motion in one row, for `advance_rig`."""
-    rest = (load.constant, load.push, load.fade_in, motion.centre, motion.kind, motion.fade_in)
-    return np.array([*p[0], *p[1], *j, *rest], float)
-
 
 SIDE = ("deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
 JOINT = ("angle", "angular_velocity", "external_torque", "tension_1", "tension_2", "motor_1", "motor_2")
 TRUTH = ("time", *(f"{name}_1" for name in SIDE), *(f"{name}_2" for name in SIDE), *JOINT)
 
-
-@compiled
-def tension(side: int, y: Array, p: Pair, j: Joint) -> float:
-    """Tension of tendon `side`, 0 or 1 [N]."""
-    turned = j.radius * y[ANGLE]
-    if side == 0:
-        return max(0.0, p[0].tendon_stiffness * (y[Q1] - turned - 2.0 * y[X1]))
-    return max(0.0, p[1].tendon_stiffness * (y[Q2] + turned - 2.0 * y[X2]))
+# Columns of the truth; those of transmission 2 follow `SIDE_COLUMNS` later.
+SIDE_COLUMNS = len(SIDE)
+TIME, DEFLECTION, VELOCITY, ACCELERATION, FORCE, STIFFNESS, DAMPING, INERTIA = range(1 + SIDE_COLUMNS)
+JOINT_ANGLE, JOINT_SPEED, TORQUE, TENSION_1, TENSION_2, MOTOR_1, MOTOR_2 = range(1 + 2 * SIDE_COLUMNS, len(TRUTH))
 
 
 @compiled
-def derivative(y: Array, torque: float, wanted_1: float, wanted_2: float, p: Pair, j: Joint, rate: Array) -> None:
-    """Write the rate of the state into `rate`; `wanted` are the commanded tendon travels [m]."""
-    t1, t2 = tension(0, y, p, j), tension(1, y, p, j)
-    rate[ANGLE] = y[SPEED]
-    rate[SPEED] = (j.radius * (t1 - t2) - j.damping * y[SPEED] + torque) / j.inertia
-    rate[X1] = y[V1]
-    rate[V1] = rod_acceleration(y[X1], y[V1], y[Z1], t1, p[0])
-    rate[Z1] = bristle_rate(y[V1], y[Z1], p[0])
-    rate[X2] = y[V2]
-    rate[V2] = rod_acceleration(y[X2], y[V2], y[Z2], t2, p[1])
-    rate[Z2] = bristle_rate(y[V2], y[Z2], p[1])
-    rate[Q1], rate[W1] = y[W1], motor_acceleration(y[Q1], y[W1], wanted_1, j)
-    rate[Q2], rate[W2] = y[W2], motor_acceleration(y[Q2], y[W2], wanted_2, j)
+def advance_rig(y: Array, record: Record, tones: Array, table: Table, first: int, truth: Array) -> None:
+    """Integrate the rig of `record` (1,) over the samples from `first` on.
 
-
-@compiled
-def motor_acceleration(travel: float, speed: float, wanted: float, j: Joint) -> float:
-    """q'' = 2 w (clip(w/2 (q* - q)) - q'): critically damped at w, with its speed limited [m/s^2]."""
-    w, limit = j.motor_rate, j.speed_limit
-    target = min(max(wanted, j.lower_limit), j.upper_limit)
-    return 2.0 * w * (min(max(0.5 * w * (target - travel), -limit), limit) - speed)
-
-
-@compiled
-def torque_at(time: float, load: Load) -> float:
-    """External torque at `time` [N m]."""
-    torque, tones = load.constant + load.push, load.tones
-    for i in range(tones.shape[0]):
-        swing = tones[i, 0] * math.sin(2.0 * math.pi * tones[i, 1] * time + tones[i, 2])
-        torque += fade(time, load.fade_in) * swing
-    return torque
+    Fills the rows of `truth` (samples, len(TRUTH)), and leaves the state `y` (STATES,) one sample after the last.
+    `tones` are those of the torque, `table` is that of the motion.
+    """
+    r = record[0]
+    steps = Steps(int(r["steps"]["per_sample"]), float(r["steps"]["length"]))
+    command = Command(r["command"]["active"], r["command"]["travel_1"], r["command"]["travel_2"])
+    _advance(y, first, steps, model_of(r, tones, table), command, truth)
 
 
 @compiled
@@ -126,93 +60,106 @@ def balanced_travels(x: float, torque: float, p: Pair, j: Joint, travels: Array)
 
 
 @compiled
-def advance(
-    y: Array,
-    first: int,
-    substeps: int,
-    step: float,
-    p: Pair,
-    j: Joint,
-    load: Load,
-    motion: Motion,
-    commanded: bool,
-    command: Array,
-    truth: Array,
-) -> None:
-    """Fill the rows of `truth` from sample `first` on, and leave the state one sample after the last.
-
-    The motors follow the tendon travels `command` [m] where `commanded`, else the motion, ahead by their own lag.
-    """
-    k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
-    trial, now, middle, then = np.empty(STATES), command.copy(), command.copy(), command.copy()
-    lead = 2.0 / j.motor_rate
-    if not commanded:
-        balanced_travels(position(first * substeps * step + lead, motion), load.constant, p, j, then)
+def _advance(y: Array, first: int, steps: Steps, model: Model, command: Command, truth: Array) -> None:
+    """The motors follow the command where it is active, else the motion, ahead by their own lag."""
+    step, lead = steps.length, 2.0 / model.joint.motor_bandwidth
+    rates, trial, targets = np.empty((4, STATES)), np.empty(STATES), np.empty((3, 2))
+    targets[:, 0], targets[:, 1] = command.travel_1, command.travel_2  # at begin, middle and end of a step
+    if not command.active:
+        _profile_travels(first * steps.per_sample * step + lead, model, targets[2])
     for row in range(truth.shape[0]):
-        for sub in range(substeps):
-            time = ((first + row) * substeps + sub) * step
-            now[:] = then
-            if not commanded:
-                balanced_travels(position(time + 0.5 * step + lead, motion), load.constant, p, j, middle)
-                balanced_travels(position(time + step + lead, motion), load.constant, p, j, then)
-            torque, torque_middle = torque_at(time, load), torque_at(time + 0.5 * step, load)
-            derivative(y, torque, now[0], now[1], p, j, k1)
+        for sub in range(steps.per_sample):
+            time = ((first + row) * steps.per_sample + sub) * step
+            targets[0] = targets[2]
+            if not command.active:
+                _profile_travels(time + 0.5 * step + lead, model, targets[1])
+                _profile_travels(time + step + lead, model, targets[2])
+            torque = _torque_at(time, model.load)
+            _derivative(y, torque, targets[0], model, rates[0])
             if sub == 0:
-                write_truth(truth[row], time, y, k1, torque, p, j)
-            for i in range(STATES):
-                trial[i] = y[i] + 0.5 * step * k1[i]
-            derivative(trial, torque_middle, middle[0], middle[1], p, j, k2)
-            for i in range(STATES):
-                trial[i] = y[i] + 0.5 * step * k2[i]
-            derivative(trial, torque_middle, middle[0], middle[1], p, j, k3)
-            for i in range(STATES):
-                trial[i] = y[i] + step * k3[i]
-            derivative(trial, torque_at(time + step, load), then[0], then[1], p, j, k4)
-            for i in range(STATES):
-                y[i] += step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
+                _write_truth(truth[row], time, y, rates[0], torque, model)
+            _finish_step(y, time, step, targets, model, rates, trial)
 
 
 @compiled
-def _transmission(n: Array) -> Transmission:
-    return Transmission(
-        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9] != 0.0, n[10], n[11], n[12], n[13], n[14]
-    )
+def _finish_step(y: Array, time: float, step: float, targets: Array, model: Model, rates: Array, trial: Array) -> None:
+    """Advance the state by one step from the first of the four `rates`, that at `time`."""
+    k1, k2, k3, k4 = rates[0], rates[1], rates[2], rates[3]
+    torque_middle = _torque_at(time + 0.5 * step, model.load)
+    for i in range(STATES):
+        trial[i] = y[i] + 0.5 * step * k1[i]
+    _derivative(trial, torque_middle, targets[1], model, k2)
+    for i in range(STATES):
+        trial[i] = y[i] + 0.5 * step * k2[i]
+    _derivative(trial, torque_middle, targets[1], model, k3)
+    for i in range(STATES):
+        trial[i] = y[i] + step * k3[i]
+    _derivative(trial, _torque_at(time + step, model.load), targets[2], model, k4)
+    for i in range(STATES):
+        y[i] += step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
 
 
 @compiled
-def advance_rig(
-    y: Array,
-    first: int,
-    substeps: int,
-    step: float,
-    numbers: Array,
-    tones: Array,
-    table: Array,
-    commanded: bool,
-    command: Array,
-    truth: Array,
-) -> None:
-    """`advance` with the rig's numbers in one row (`rig_numbers`), tones of the torque and table of the motion."""
-    n, half = numbers, _SIDES // 2
-    p = _transmission(n[:half]), _transmission(n[half:_SIDES])
-    j = n[_SIDES:_JOINT_END]
-    joint = Joint(j[0], j[1], j[2], j[3], j[4], j[5], j[6], j[7], j[8])
-    load = Load(n[CONSTANT], n[PUSH], tones, n[TORQUE_FADE])
-    motion = Motion(n[CENTRE], int(n[KIND]), table, n[MOTION_FADE])
-    advance(y, first, substeps, step, p, joint, load, motion, commanded, command, truth)
+def _profile_travels(time: float, model: Model, travels: Array) -> None:
+    """Write the tendon travels of the motion at `time` [m]."""
+    balanced_travels(position(time, model.motion), model.load.constant, model.transmissions, model.joint, travels)
 
 
 @compiled
-def write_truth(row: Array, time: float, y: Array, rate: Array, torque: float, p: Pair, j: Joint) -> None:
+def _derivative(y: Array, torque: float, targets: Array, model: Model, rate: Array) -> None:
+    """Write the time derivative of the state into `rate`; `targets` are those of the motors' travels [m]."""
+    p, j = model.transmissions, model.joint
+    t1, t2 = _tension(0, y, p, j), _tension(1, y, p, j)
+    rate[ANGLE] = y[SPEED]
+    rate[SPEED] = (j.radius * (t1 - t2) - j.damping * y[SPEED] + torque) / j.inertia
+    rate[X1] = y[V1]
+    rate[V1] = rod_acceleration(y[X1], y[V1], y[Z1], t1, p[0])
+    rate[Z1] = bristle_rate(y[V1], y[Z1], p[0])
+    rate[X2] = y[V2]
+    rate[V2] = rod_acceleration(y[X2], y[V2], y[Z2], t2, p[1])
+    rate[Z2] = bristle_rate(y[V2], y[Z2], p[1])
+    rate[Q1], rate[W1] = y[W1], _motor_acceleration(y[Q1], y[W1], targets[0], j)
+    rate[Q2], rate[W2] = y[W2], _motor_acceleration(y[Q2], y[W2], targets[1], j)
+
+
+@compiled
+def _tension(side: int, y: Array, p: Pair, j: Joint) -> float:
+    """Tension of tendon `side`, 0 or 1 [N]."""
+    turned = j.radius * y[ANGLE]
+    if side == 0:
+        return max(0.0, p[0].tendon_stiffness * (y[Q1] - turned - 2.0 * y[X1]))
+    return max(0.0, p[1].tendon_stiffness * (y[Q2] + turned - 2.0 * y[X2]))
+
+
+@compiled
+def _motor_acceleration(travel: float, speed: float, target: float, j: Joint) -> float:
+    """q'' = 2 w (clip(w/2 (q* - q)) - q'): critically damped at w, with limited speed [m/s^2]."""
+    w, limit = j.motor_bandwidth, j.speed_limit
+    reachable = min(max(target, j.lower_limit), j.upper_limit)
+    return 2.0 * w * (min(max(0.5 * w * (reachable - travel), -limit), limit) - speed)
+
+
+@compiled
+def _torque_at(time: float, load: Load) -> float:
+    """External torque at `time` [N m]."""
+    torque, tones = load.constant + load.disturbance, load.tones
+    for i in range(tones.shape[0]):
+        tone = tones[i, 0] * math.sin(2.0 * math.pi * tones[i, 1] * time + tones[i, 2])
+        torque += fade(time, load.fade_in) * tone
+    return torque
+
+
+@compiled
+def _write_truth(row: Array, time: float, y: Array, rate: Array, torque: float, model: Model) -> None:
     """Fill one row of truth, columns as in `TRUTH`."""
-    row[0] = time
+    p, j = model.transmissions, model.joint
+    row[TIME] = time
     for side in range(2):
         x, v, a = y[X1 + 3 * side], y[V1 + 3 * side], rate[V1 + 3 * side]
-        pull = tension(side, y, p, j)
-        column = 1 + 7 * side
-        row[column], row[column + 1], row[column + 2] = x, v, a
-        row[column + 3] = 2.0 * pull
-        row[column + 4], row[column + 5], row[column + 6] = stiffness(x, p[side]), damping(v, p[side]), p[side].inertia
-        row[18 + side] = pull
-    row[15], row[16], row[17] = y[ANGLE], y[SPEED], torque
-    row[20], row[21] = y[Q1] / j.motor_radius, y[Q2] / j.motor_radius
+        tension, offset = _tension(side, y, p, j), side * SIDE_COLUMNS
+        row[offset + DEFLECTION], row[offset + VELOCITY], row[offset + ACCELERATION] = x, v, a
+        row[offset + FORCE], row[TENSION_1 + side] = 2.0 * tension, tension
+        row[offset + STIFFNESS], row[offset + DAMPING] = stiffness(x, p[side]), damping(v, p[side])
+        row[offset + INERTIA] = p[side].inertia
+    row[JOINT_ANGLE], row[JOINT_SPEED], row[TORQUE] = y[ANGLE], y[SPEED], torque
+    row[MOTOR_1], row[MOTOR_2] = y[Q1] / j.motor_radius, y[Q2] / j.motor_radius

@@ -1,4 +1,4 @@
-"""What the motors are asked to do: rod deflection over time, for config files and for the integrator."""
+"""Motion profiles: rod deflection over time, for configuration files and for the integrator."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from vsa_common.config.configuration import ConfigurationError, choice, quantiti
 Table = NDArray[np.float64]
 
 TONES, CHIRP, RAMP, DWELLS = range(4)
-FOREVER = 1e12  # end of a tone that does not end [s]
+NO_END = 1e12  # end of an unlimited tone [s]
 
 
 class Tone(NamedTuple):
@@ -22,11 +22,11 @@ class Tone(NamedTuple):
     frequency: float
     phase: float = 0.0
     start: float = 0.0
-    end: float = FOREVER
+    end: float = NO_END
 
 
 class Motion(NamedTuple):
-    """Rod deflection about `centre` [m]: tones, or one of the other kinds described by the numbers of `table`."""
+    """Rod deflection about `centre` [m]: tones, or another kind; the columns of `table` depend on the kind."""
 
     centre: float
     kind: int
@@ -40,19 +40,19 @@ def tones(centre: float, *parts: Tone, fade_in: float = 8.0) -> Motion:
 
 
 def chirp(centre: float, amplitude: float, low: float, high: float, sweep: float, fade_in: float = 8.0) -> Motion:
-    """Sine of `amplitude` [m] whose frequency runs from `low` to `high` [Hz] within `sweep` [s], and back."""
+    """Sine of `amplitude` [m], its frequency swept from `low` to `high` [Hz] within `sweep` [s], and back."""
     return Motion(centre, CHIRP, np.array([[amplitude, low, high, sweep]]), fade_in)
 
 
 def ramp(centre: float, amplitude: float, frequency: float, fade_in: float = 8.0) -> Motion:
-    """Up and down at constant speed between centre -+ amplitude [m], `frequency` [Hz] times a second."""
+    """Triangle wave of `frequency` [Hz] between centre -+ amplitude [m]."""
     return Motion(centre, RAMP, np.array([[amplitude, frequency]]), fade_in)
 
 
-def dwells(places: tuple[float, ...], move: float = 4.0, rest: float = 11.0) -> Motion:
-    """From place to place [m] with least jerk within `move` [s], `rest` [s] at each, over and over."""
-    rows = [(place, move, rest) for place in places]
-    return Motion(places[0], DWELLS, np.array(rows, float), 0.0)
+def dwells(positions: tuple[float, ...], move: float = 4.0, rest: float = 11.0) -> Motion:
+    """Minimum-jerk moves of `move` [s] between positions [m], `rest` [s] at each, repeated without end."""
+    rows = [(one, move, rest) for one in positions]
+    return Motion(positions[0], DWELLS, np.array(rows, float), 0.0)
 
 
 @compiled
@@ -60,13 +60,13 @@ def position(time: float, motion: Motion) -> float:
     """Deflection [m] at `time` [s]."""
     table = motion.table
     if motion.kind == DWELLS:
-        return least_jerk(time, table)
+        return minimum_jerk(time, table)
     if motion.kind == CHIRP:
-        swing = table[0, 0] * math.sin(2.0 * math.pi * chirp_turns(time, table[0, 1], table[0, 2], table[0, 3]))
-        return motion.centre + fade(time, motion.fade_in) * swing
+        wave = table[0, 0] * math.sin(2.0 * math.pi * chirp_cycles(time, table[0, 1], table[0, 2], table[0, 3]))
+        return motion.centre + fade(time, motion.fade_in) * wave
     if motion.kind == RAMP:
-        turn = (time * table[0, 1] + 0.25) % 1.0
-        return motion.centre + fade(time, motion.fade_in) * table[0, 0] * (1.0 - 4.0 * abs(turn - 0.5))
+        phase = (time * table[0, 1] + 0.25) % 1.0
+        return motion.centre + fade(time, motion.fade_in) * table[0, 0] * (1.0 - 4.0 * abs(phase - 0.5))
     deflection = motion.centre
     for i in range(table.shape[0]):
         envelope = fade(time - table[i, 3], motion.fade_in) * fade(table[i, 4] - time, 0.5 * motion.fade_in)
@@ -75,20 +75,20 @@ def position(time: float, motion: Motion) -> float:
 
 
 @compiled
-def chirp_turns(time: float, low: float, high: float, sweep: float) -> float:
-    """Turns since time 0 of a sine whose frequency goes from `low` to `high` [Hz] within `sweep` [s], and back."""
+def chirp_cycles(time: float, low: float, high: float, sweep: float) -> float:
+    """Phase [cycles] since time 0 of a sine swept from `low` to `high` [Hz] within `sweep` [s], and back."""
     whole = max(time, 0.0) // (2.0 * sweep)
     part = max(time, 0.0) - whole * 2.0 * sweep
-    turns = whole * (low + high) * sweep
+    cycles = whole * (low + high) * sweep
     if part <= sweep:
-        return turns + low * part + (high - low) * part * part / (2.0 * sweep)
+        return cycles + low * part + (high - low) * part * part / (2.0 * sweep)
     back = 2.0 * sweep - part
-    return turns + (low + high) * sweep - low * back - (high - low) * back * back / (2.0 * sweep)
+    return cycles + (low + high) * sweep - low * back - (high - low) * back * back / (2.0 * sweep)
 
 
 @compiled
-def least_jerk(time: float, table: Table) -> float:
-    """Deflection [m] at `time` [s] of the moves between the places in `table`."""
+def minimum_jerk(time: float, table: Table) -> float:
+    """Deflection [m] at `time` [s] of the moves between the positions in `table`."""
     period = table[0, 1] + table[0, 2]
     index = int(max(time, 0.0) // period)
     begin, end = table[index % table.shape[0], 0], table[(index + 1) % table.shape[0], 0]
@@ -98,7 +98,7 @@ def least_jerk(time: float, table: Table) -> float:
 
 @compiled
 def fade(time: float, duration: float) -> float:
-    """0 before time 0, 1 after `duration`, smooth between."""
+    """Envelope: 0 before time 0, 1 after `duration`, a cubic between."""
     if duration <= 0.0:
         return 1.0 if time >= 0.0 else 0.0
     part = min(max(time / duration, 0.0), 1.0)
@@ -107,7 +107,7 @@ def fade(time: float, duration: float) -> float:
 
 @dataclass(frozen=True)
 class ProfileConfig:
-    """Deflection asked of rod 1; rod 2 follows from the balance of forces, as the joint stays where it is."""
+    """Commanded deflection of rod 1; that of rod 2 follows from the balance of forces at a constant joint angle."""
 
     kind: str = choice(
         "multisine", ("hold", "sine", "multisine", "chirp", "ramp", "dwells"), "how rod 1 moves while no command comes"
@@ -130,7 +130,7 @@ class ProfileConfig:
 
 
 def motion_from(config: ProfileConfig) -> Motion:
-    """The motion that a profile describes. Raises ConfigurationError for lists that do not match."""
+    """The motion of a profile. Raises ConfigurationError for lists of different lengths."""
     amplitude, centre, fade_in = config.amplitudes[0], config.centre, config.fade_in
     if config.kind == "hold":
         return tones(centre)

@@ -1,4 +1,4 @@
-"""The rig as one object: advance it and read its sensors; the truth comes beside."""
+"""The rig: advance it, read its sensors and its ground truth."""
 
 import math
 from typing import NamedTuple
@@ -6,23 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.types import Array
-from vsa_simulator.rig.config import MotorConfig, RigConfig, TorqueConfig
-from vsa_simulator.rig.dynamics import (
-    ANGLE,
-    PUSH,
-    Q1,
-    Q2,
-    STATES,
-    TRUTH,
-    X1,
-    X2,
-    Joint,
-    Load,
-    advance_rig,
-    balanced_travels,
-    rig_numbers,
-)
+from vsa_simulator.rig.config import RigConfig, TorqueConfig
+from vsa_simulator.rig.dynamics import ANGLE, Q1, Q2, STATES, TRUTH, X1, X2, advance_rig, balanced_travels
 from vsa_simulator.rig.motion import motion_from, position
+from vsa_simulator.rig.motors import CommandWatchdog
+from vsa_simulator.rig.parameters import Command, Joint, Load, Model, Steps, record_of
 from vsa_simulator.rig.sensors import Readings, Sensors
 from vsa_simulator.rig.transmission import spring_deflection, spring_force, substeps_for, transmission_from
 
@@ -47,20 +35,11 @@ class Rig:
     def __init__(self, config: RigConfig) -> None:
         self.config = config
         self.sample = 0  # number of the next sample
-        self.push = 0.0  # external torque besides that of the configuration [N m]
-        self._p = (
-            transmission_from(config.transmission_1, config.friction),
-            transmission_from(config.transmission_2, config.friction),
-        )
-        self._j = _joint_from(config)
-        self._motion = motion_from(config.profile)
-        self._tones = _torque_tones(config.torque)
-        load = Load(config.torque.constant, 0.0, self._tones, config.torque.fade_in)
-        self._numbers = rig_numbers(self._p, self._j, load, self._motion)
-        self._substeps = max(substeps_for(config.rate_hz, side) for side in self._p)
-        self._step = 1.0 / (config.rate_hz * self._substeps)
+        self._model = model_from(config)
+        substeps = max(substeps_for(config.rate_hz, side) for side in self._model.transmissions)
+        self._record = record_of(self._model, Steps(substeps, 1.0 / (config.rate_hz * substeps)))
         self._sensors = Sensors(config.sensors, config.seed)
-        self._motors = MotorPort(config.motors)
+        self._motors = CommandWatchdog(config.motors.watchdog)
         self._state = self._equilibrium()
 
     @property
@@ -76,66 +55,53 @@ class Rig:
 
     @property
     def holding(self) -> bool:
-        """Whether the motors hold because commands have stopped."""
+        """Whether the motors hold their position because commands have stopped."""
         return self._motors.holding
 
     def command(self, motor_1: float, motor_2: float) -> None:
-        """Send the motors to these positions [rad]; from the first command on the profile is out."""
+        """Command motor positions [rad]; the first command ends the profile."""
         self._motors.command(self.time, (motor_1, motor_2))
 
+    def set_disturbance(self, torque: float) -> None:
+        """Apply an external torque besides that of the configuration, from the next sample on [N m]."""
+        self._record["torque_disturbance"] = torque
+
     def advance(self, samples: int) -> Samples:
-        """The next `samples` samples. The motors' watchdog looks at the beginning."""
-        wanted = self._motors.wanted(self.time, self.motors)
-        travels = np.array(wanted or (0.0, 0.0)) * self.config.motors.pulley_radius
+        """The next `samples` samples. The motors' watchdog acts at their beginning."""
+        target = self._motors.update(self.time, self.motors)
+        radius = self.config.motors.pulley_radius
+        travel_1, travel_2 = (radius * target[0], radius * target[1]) if target else (0.0, 0.0)
+        self._record["command"] = Command(target is not None, travel_1, travel_2)
         truth, first = np.empty((samples, len(TRUTH))), self.sample
-        self._numbers[PUSH] = self.push
-        advance_rig(
-            self._state,
-            first,
-            self._substeps,
-            self._step,
-            self._numbers,
-            self._tones,
-            self._motion.table,
-            wanted is not None,
-            travels,
-            truth,
-        )
+        advance_rig(self._state, self._record, self._model.load.tones, self._model.motion.table, first, truth)
         self.sample += samples
         return Samples(first, truth, self._sensors.read(truth))
 
     def _equilibrium(self) -> Array:
-        start, torque, travels = position(0.0, self._motion), self.config.torque.constant, np.empty(2)
-        balanced_travels(start, torque, self._p, self._j, travels)
-        force_2 = spring_force(start, self._p[0]) + 2.0 * torque / self.config.joint.radius
-        if force_2 <= self.config.transmission_2.force_offset:
+        (one, other), joint = self._model.transmissions, self._model.joint
+        start, torque, travels = position(0.0, self._model.motion), self.config.torque.constant, np.empty(2)
+        balanced_travels(start, torque, (one, other), joint, travels)
+        force_2 = spring_force(start, one) + 2.0 * torque / joint.radius
+        if force_2 <= other.force_offset:
             raise ConfigurationError(f"torque.constant = {torque} N m: transmission 2 would go slack")
         state = np.zeros(STATES)
-        state[ANGLE] = self.config.joint.equilibrium_angle
-        state[X1], state[X2] = start, spring_deflection(force_2, self._p[1])
+        state[ANGLE] = joint.equilibrium_angle
+        state[X1], state[X2] = start, spring_deflection(force_2, other)
         state[Q1], state[Q2] = travels
         return state
 
 
-class MotorPort:
-    """Takes commands and holds where it is when they stop; time is an argument, seconds since the start."""
-
-    def __init__(self, config: MotorConfig) -> None:
-        self._config = config
-        self._command: tuple[float, float] | None = None
-        self._commanded_at = 0.0
-        self.holding = False
-
-    def command(self, time: float, positions: tuple[float, float]) -> None:
-        """Take a command [rad] and release a hold."""
-        self._command, self._commanded_at, self.holding = positions, time, False
-
-    def wanted(self, time: float, positions: tuple[float, float]) -> tuple[float, float] | None:
-        """Where the motors, now at `positions`, shall go [rad]; None before the first command."""
-        overdue = time - self._commanded_at > self._config.watchdog
-        if self._command is not None and overdue and not self.holding:
-            self._command, self.holding = positions, True
-        return self._command
+def model_from(config: RigConfig) -> Model:
+    """The model of a configuration. Raises ConfigurationError for values that contradict each other."""
+    return Model(
+        (
+            transmission_from(config.transmission_1, config.friction),
+            transmission_from(config.transmission_2, config.friction),
+        ),
+        _joint_from(config),
+        Load(config.torque.constant, 0.0, _torque_tones(config.torque), config.torque.fade_in),
+        motion_from(config.profile),
+    )
 
 
 def _joint_from(config: RigConfig) -> Joint:
@@ -145,15 +111,15 @@ def _joint_from(config: RigConfig) -> Joint:
             f"motors.lower_limit = {motors.lower_limit} rad: must be below upper_limit, {motors.upper_limit} rad"
         )
     return Joint(
-        joint.radius,
-        joint.inertia,
-        joint.damping,
-        joint.equilibrium_angle,
-        2.0 * math.pi * motors.bandwidth,
-        motors.pulley_radius * motors.speed_limit,
-        motors.pulley_radius * motors.lower_limit,
-        motors.pulley_radius * motors.upper_limit,
-        motors.pulley_radius,
+        radius=joint.radius,
+        inertia=joint.inertia,
+        damping=joint.damping,
+        equilibrium_angle=joint.equilibrium_angle,
+        motor_bandwidth=2.0 * math.pi * motors.bandwidth,
+        speed_limit=motors.pulley_radius * motors.speed_limit,
+        lower_limit=motors.pulley_radius * motors.lower_limit,
+        upper_limit=motors.pulley_radius * motors.upper_limit,
+        motor_radius=motors.pulley_radius,
     )
 
 

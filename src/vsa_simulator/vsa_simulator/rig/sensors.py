@@ -1,31 +1,27 @@
-"""What the sensors make of the truth: noise, resolution, range, counters that wrap."""
+"""Sensors of the rig: truth to readings, with noise, resolution, range, and counters that wrap."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_simulator.rig.config import SensorConfig
-from vsa_simulator.rig.dynamics import TRUTH
+from vsa_simulator.rig.dynamics import DEFLECTION, FORCE, JOINT_ANGLE, MOTOR_1, MOTOR_2, SIDE_COLUMNS, TORQUE
 
 ENCODER_COUNTS = 1 << 16
 
-FORCE_1, FORCE_2 = TRUTH.index("force_1"), TRUTH.index("force_2")
-DEFLECTION_1, DEFLECTION_2 = TRUTH.index("deflection_1"), TRUTH.index("deflection_2")
-ANGLE, TORQUE = TRUTH.index("angle"), TRUTH.index("external_torque")
-MOTOR_1 = TRUTH.index("motor_1")
+# Columns of noise and readings; those of transmission 2 are one later.
+_FORCE, _COUNT, _ANGLE, _TORQUE = 0, 2, 4, 5
+_CHANNELS = 6
+_DRAW = 4096  # samples whose noise is drawn in one call
 
-# Places of the sensors' numbers in one row
-FORCE_NOISE, FORCE_RESOLUTION, FORCE_RANGE = range(3)
-DEFLECTION_NOISE, DEFLECTION_RESOLUTION, ENCODER_START, ANGLE_NOISE, TORQUE_NOISE = range(3, 8)
-
-_NOISES = 6  # force, deflection of each side, angle, torque
-_DRAW = 4096  # samples whose noise is drawn at once
+RECORD = np.dtype([(name, float) for name in SensorConfig.__annotations__])
 
 
 class Readings(NamedTuple):
-    """What the sensors say, a row a sample: forces [N], encoder counts, angle [rad], torque [N m], motors [rad]."""
+    """Readings, a row a sample: forces [N], encoder counts, angle [rad], torque [N m], motor positions [rad]."""
 
     forces: Array
     counts: Array
@@ -38,39 +34,41 @@ class Sensors:
     """Sensors with their own noise; blocks of any size give the same sequence."""
 
     def __init__(self, config: SensorConfig, seed: int) -> None:
-        force = (config.force_noise_std, config.force_resolution, config.force_range)
-        deflection = (config.deflection_noise_std, config.deflection_resolution, config.encoder_start)
-        self._numbers = np.array([*force, *deflection, config.angle_noise_std, config.torque_noise_std], float)
+        self._record = np.array([tuple(getattr(config, name) for name in RECORD.names or ())], RECORD)
         self._random = np.random.default_rng(seed)
-        self._noise: Array = np.empty((0, _NOISES))
+        self._noise: Array = np.empty((0, _CHANNELS))
         self._used = 0
 
     def read(self, truth: Array) -> Readings:
         """Readings of rows of truth (columns as in `TRUTH`)."""
         noise = self._draw(len(truth))
-        said = np.empty((len(truth), _NOISES))
-        _measure(truth, noise, self._numbers, said)
-        return Readings(said[:, 0:2], said[:, 2:4], said[:, 4], said[:, 5], truth[:, MOTOR_1 : MOTOR_1 + 2])
+        values = np.empty((len(truth), _CHANNELS))
+        _measure(truth, noise, self._record, values)
+        motors = truth[:, MOTOR_1 : MOTOR_2 + 1]
+        return Readings(values[:, 0:2], values[:, 2:4], values[:, _ANGLE], values[:, _TORQUE], motors)
 
     def _draw(self, rows: int) -> Array:
         if self._used + rows > len(self._noise):
-            fresh = self._random.standard_normal((max(rows, _DRAW), _NOISES))
+            fresh = self._random.standard_normal((max(rows, _DRAW), _CHANNELS))
             self._noise, self._used = np.concatenate([self._noise[self._used :], fresh]), 0
         self._used += rows
         return self._noise[self._used - rows : self._used]
 
 
 @compiled
-def _measure(truth: Array, noise: Array, numbers: Array, said: Array) -> None:
+def _measure(truth: Array, noise: Array, record: NDArray[np.void], values: Array) -> None:
+    sensors = record[0]
+    resolution, full_scale = sensors["force_resolution"], sensors["force_range"]
     for i in range(truth.shape[0]):
         for side in range(2):
-            force = truth[i, FORCE_1 if side == 0 else FORCE_2] + numbers[FORCE_NOISE] * noise[i, side]
-            if numbers[FORCE_RESOLUTION] > 0.0:
-                force = round(force / numbers[FORCE_RESOLUTION]) * numbers[FORCE_RESOLUTION]
-            said[i, side] = min(max(force, -numbers[FORCE_RANGE]), numbers[FORCE_RANGE])
-            deflection = truth[i, DEFLECTION_1 if side == 0 else DEFLECTION_2]
-            deflection += numbers[DEFLECTION_NOISE] * noise[i, 2 + side]
-            count = math.floor(deflection / numbers[DEFLECTION_RESOLUTION] + 0.5) + numbers[ENCODER_START]
-            said[i, 2 + side] = count % ENCODER_COUNTS
-        said[i, 4] = truth[i, ANGLE] + numbers[ANGLE_NOISE] * noise[i, 4]
-        said[i, 5] = truth[i, TORQUE] + numbers[TORQUE_NOISE] * noise[i, 5]
+            offset = side * SIDE_COLUMNS
+            force = truth[i, offset + FORCE] + sensors["force_noise_std"] * noise[i, _FORCE + side]
+            if resolution > 0.0:
+                force = round(force / resolution) * resolution
+            values[i, _FORCE + side] = min(max(force, -full_scale), full_scale)
+            deflection = truth[i, offset + DEFLECTION]
+            deflection += sensors["deflection_noise_std"] * noise[i, _COUNT + side]
+            count = math.floor(deflection / sensors["deflection_resolution"] + 0.5) + sensors["encoder_start"]
+            values[i, _COUNT + side] = count % ENCODER_COUNTS
+        values[i, _ANGLE] = truth[i, JOINT_ANGLE] + sensors["angle_noise_std"] * noise[i, _ANGLE]
+        values[i, _TORQUE] = truth[i, TORQUE] + sensors["torque_noise_std"] * noise[i, _TORQUE]

@@ -1,13 +1,13 @@
-"""One transmission on a bench: the far end of its tendon is moved, no joint, no motor in between.
+"""One transmission without joint and motor: the far end of its tendon follows a motion.
 
-The pull u(t) is twice the wanted deflection and a constant that bears the spring's force at the centre,
-so that the rod follows the motion up to the stretch of its tendon: F = 2 K_t (u - 2 x).
+The travel u(t) of that end is twice the commanded deflection plus a constant that balances the elastic force at the
+centre, so that the rod follows the motion up to the stretch of its tendon: F = 2 K_t (u - 2 x).
 """
 
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_simulator.rig.config import FrictionConfig, SensorConfig, TransmissionConfig
+from vsa_simulator.rig.config import FrictionConfig, TransmissionConfig
 from vsa_simulator.rig.motion import Motion, Tone, dwells, position, tones
 from vsa_simulator.rig.transmission import (
     Transmission,
@@ -20,7 +20,8 @@ from vsa_simulator.rig.transmission import (
     transmission_from,
 )
 
-BENCH_TRUTH = ("time", "deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
+COLUMNS = ("time", "deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
+TIME, DEFLECTION, VELOCITY, ACCELERATION, FORCE, STIFFNESS, DAMPING, INERTIA = range(len(COLUMNS))
 
 MOTIONS = {
     "slow": tones(0.010, Tone(0.0075, 0.05)),
@@ -33,62 +34,54 @@ MOTIONS = {
 }
 
 
-def record(
+def simulate(
     transmission: TransmissionConfig,
     motion: Motion,
     duration: float,
     rate_hz: int,
     friction: FrictionConfig = FrictionConfig(),  # noqa: B008 (frozen)
 ) -> Array:
-    """Truth of `duration` [s] on the bench, a row a sample, columns as in `BENCH_TRUTH`."""
+    """Ground truth of `duration` [s] from rest, (samples, len(COLUMNS)), SI."""
     p = transmission_from(transmission, friction)
     substeps = substeps_for(rate_hz, p)
-    truth = np.empty((round(duration * rate_hz), len(BENCH_TRUTH)))
+    truth = np.empty((round(duration * rate_hz), len(COLUMNS)))
     _integrate(p, motion, substeps, 1.0 / (rate_hz * substeps), truth)
     return truth
 
 
-def measure(truth: Array, sensors: SensorConfig, seed: int) -> tuple[Array, Array]:
-    """Force [N] and deflection [m] as the sensors give them."""
-    random = np.random.default_rng(seed)
-    force = truth[:, 4] + sensors.force_noise_std * random.standard_normal(len(truth))
-    deflection = truth[:, 1] + sensors.deflection_noise_std * random.standard_normal(len(truth))
-    resolution = sensors.deflection_resolution
-    return np.clip(force, -sensors.force_range, sensors.force_range), np.rint(deflection / resolution) * resolution
-
-
 @compiled
-def _pull(time: float, offset: float, motion: Motion) -> float:
+def _end_travel(time: float, offset: float, motion: Motion) -> float:
     return offset + 2.0 * position(time, motion)
 
 
 @compiled
-def _tension(x: float, pull: float, p: Transmission) -> float:
-    return max(0.0, p.tendon_stiffness * (pull - 2.0 * x))
+def _tension(x: float, travel: float, p: Transmission) -> float:
+    return max(0.0, p.tendon_stiffness * (travel - 2.0 * x))
 
 
 @compiled
 def _integrate(p: Transmission, motion: Motion, substeps: int, step: float, truth: Array) -> None:
-    """Fourth order Runge-Kutta from rest at the motion's start; see `dynamics` for the whole joint."""
+    """Runge-Kutta method of fourth order from rest at the start of the motion; `dynamics` has the whole joint."""
     offset = 0.5 * spring_force(motion.centre, p) / p.tendon_stiffness
     x, v, z = position(0.0, motion), 0.0, 0.0
-    then = _pull(0.0, offset, motion)
+    end = _end_travel(0.0, offset, motion)
     for row in range(truth.shape[0]):
         for sub in range(substeps):
             time = (row * substeps + sub) * step
-            now, middle, then = then, _pull(time + 0.5 * step, offset, motion), _pull(time + step, offset, motion)
-            tension = _tension(x, now, p)
+            begin = end
+            middle, end = _end_travel(time + 0.5 * step, offset, motion), _end_travel(time + step, offset, motion)
+            tension = _tension(x, begin, p)
             a1, b1 = rod_acceleration(x, v, z, tension, p), bristle_rate(v, z, p)
             if sub == 0:
-                truth[row, 0], truth[row, 1], truth[row, 2], truth[row, 3] = time, x, v, a1
-                truth[row, 4], truth[row, 5] = 2.0 * tension, stiffness(x, p)
-                truth[row, 6], truth[row, 7] = damping(v, p), p.inertia
+                truth[row, TIME], truth[row, FORCE], truth[row, INERTIA] = time, 2.0 * tension, p.inertia
+                truth[row, DEFLECTION], truth[row, VELOCITY], truth[row, ACCELERATION] = x, v, a1
+                truth[row, STIFFNESS], truth[row, DAMPING] = stiffness(x, p), damping(v, p)
             x2, v2, z2 = x + 0.5 * step * v, v + 0.5 * step * a1, z + 0.5 * step * b1
             a2, b2 = rod_acceleration(x2, v2, z2, _tension(x2, middle, p), p), bristle_rate(v2, z2, p)
             x3, v3, z3 = x + 0.5 * step * v2, v + 0.5 * step * a2, z + 0.5 * step * b2
             a3, b3 = rod_acceleration(x3, v3, z3, _tension(x3, middle, p), p), bristle_rate(v3, z3, p)
             x4, v4, z4 = x + step * v3, v + step * a3, z + step * b3
-            a4, b4 = rod_acceleration(x4, v4, z4, _tension(x4, then, p), p), bristle_rate(v4, z4, p)
+            a4, b4 = rod_acceleration(x4, v4, z4, _tension(x4, end, p), p), bristle_rate(v4, z4, p)
             x += step / 6.0 * (v + 2.0 * (v2 + v3) + v4)
             v += step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
             z += step / 6.0 * (b1 + 2.0 * (b2 + b3) + b4)

@@ -10,12 +10,12 @@ from typing import NamedTuple
 from vsa_common.accel import compiled
 from vsa_simulator.rig.config import FrictionConfig, TransmissionConfig
 
-LONGEST_STEP = 5e-5  # [s]
-STEPS_PER_RATE = 1.5  # a step times the fastest rate; Runge-Kutta of fourth order is stable up to 2.7
+MAX_STEP = 5e-5  # [s]
+STEPS_PER_RATE = 1.5  # step times fastest rate; the Runge-Kutta method of fourth order is stable up to 2.7
 
 
 class Transmission(NamedTuple):
-    """Numbers of one transmission for the integrator; SI, names as in its configuration."""
+    """Parameters of one transmission for the integrator; SI, names as in its configuration."""
 
     force_offset: float
     k1: float
@@ -25,8 +25,8 @@ class Transmission(NamedTuple):
     coulomb_friction: float
     inertia: float
     tendon_stiffness: float
-    peak_speed: float  # where the cubic damper has its greatest force
-    sticks: bool
+    peak_speed: float  # at the maximum of the cubic damper's force
+    sticks: bool  # LuGre friction
     smoothing_speed: float
     bristle_stiffness: float
     bristle_damping: float
@@ -35,23 +35,23 @@ class Transmission(NamedTuple):
 
 
 def transmission_from(config: TransmissionConfig, friction: FrictionConfig) -> Transmission:
-    """The numbers that a configuration describes."""
+    """Parameters of a configuration."""
     return Transmission(
-        config.force_offset,
-        config.k1,
-        config.k2,
-        config.d1,
-        config.d2,
-        config.coulomb_friction,
-        config.inertia,
-        config.tendon_stiffness,
-        math.sqrt(config.d1 / (-3.0 * config.d2)),
-        friction.model == "lugre",
-        friction.smoothing_speed,
-        friction.bristle_stiffness,
-        friction.bristle_damping,
-        friction.static_ratio * config.coulomb_friction,
-        friction.stribeck_speed,
+        force_offset=config.force_offset,
+        k1=config.k1,
+        k2=config.k2,
+        d1=config.d1,
+        d2=config.d2,
+        coulomb_friction=config.coulomb_friction,
+        inertia=config.inertia,
+        tendon_stiffness=config.tendon_stiffness,
+        peak_speed=math.sqrt(config.d1 / (-3.0 * config.d2)),
+        sticks=friction.model == "lugre",
+        smoothing_speed=friction.smoothing_speed,
+        bristle_stiffness=friction.bristle_stiffness,
+        bristle_damping=friction.bristle_damping,
+        static_friction=friction.static_ratio * config.coulomb_friction,
+        stribeck_speed=friction.stribeck_speed,
     )
 
 
@@ -63,7 +63,7 @@ def spring_force(x: float, p: Transmission) -> float:
 
 @compiled
 def spring_deflection(force: float, p: Transmission) -> float:
-    """Deflection at which the spring bears `force` [m]; the inverse of (2)."""
+    """Deflection at which the elastic force is `force` [m]; the inverse of (2)."""
     return math.log(max(force - p.force_offset, 1e-9) / p.k1) / p.k2
 
 
@@ -75,14 +75,14 @@ def stiffness(x: float, p: Transmission) -> float:
 
 @compiled
 def damper_force(v: float, p: Transmission) -> float:
-    """Viscous force at speed `v`, (5), held at its maximum beyond the speed where the cubic turns down [N]."""
+    """Viscous force at speed `v`, (5), constant beyond the maximum of the cubic [N]."""
     c = min(max(v, -p.peak_speed), p.peak_speed)
     return p.d1 * c + p.d2 * c**3
 
 
 @compiled
 def damping(v: float, p: Transmission) -> float:
-    """Damping at speed `v`, (8) [N s/m]; zero where the force is held."""
+    """Damping at speed `v`, (8) [N s/m]; zero where the force is constant."""
     c = min(max(v, -p.peak_speed), p.peak_speed)
     return p.d1 + 3.0 * p.d2 * c * c
 
@@ -95,13 +95,13 @@ def bristle_rate(v: float, z: float, p: Transmission) -> float:
     slip = p.coulomb_friction + (p.static_friction - p.coulomb_friction) * math.exp(-((v / p.stribeck_speed) ** 2))
     relaxation = p.bristle_stiffness * abs(v) / slip
     rate = v - relaxation * z
-    # bristles that bend faster than a step would blow up; slowing them leaves the friction of steady sliding as it is
-    return rate * min(1.0, STEPS_PER_RATE / LONGEST_STEP / max(relaxation, 1.0))
+    # a rate beyond the stability limit of the step diverges; limiting it keeps the friction of steady sliding
+    return rate * min(1.0, STEPS_PER_RATE / MAX_STEP / max(relaxation, 1.0))
 
 
 @compiled
 def friction_force(v: float, z: float, p: Transmission) -> float:
-    """Dry friction [N]: d0 tanh(v / smoothing speed), or what the bristles bear."""
+    """Dry friction [N]: d0 tanh(v / smoothing speed), or the force of the bristles."""
     if not p.sticks:
         return p.coulomb_friction * math.tanh(v / p.smoothing_speed)
     if p.coulomb_friction == 0.0:
@@ -116,10 +116,10 @@ def rod_acceleration(x: float, v: float, z: float, tension: float, p: Transmissi
 
 
 def substeps_for(rate_hz: float, p: Transmission) -> int:
-    """How many integration steps a sample needs to resolve the rod's fastest motion."""
+    """Integration steps of a sample that resolve the rod's fastest mode."""
     if p.sticks:
         viscous, elastic = p.d1 + p.bristle_damping, 4.0 * p.tendon_stiffness + p.bristle_stiffness
     else:
         viscous, elastic = p.d1 + p.coulomb_friction / p.smoothing_speed, 4.0 * p.tendon_stiffness
     fastest = max(viscous / p.inertia, math.sqrt(elastic / p.inertia))
-    return math.ceil(1.0 / (rate_hz * min(LONGEST_STEP, STEPS_PER_RATE / fastest)))
+    return math.ceil(1.0 / (rate_hz * min(MAX_STEP, STEPS_PER_RATE / fastest)))

@@ -1,7 +1,7 @@
-"""A simulated variable-stiffness joint, measured over CAN, estimated, recorded and judged.
+"""A simulated variable-stiffness joint: measurement over CAN, estimation, recording, evaluation.
 
-Every node runs as a process of its own with one parameter file, or, where a scenario controls, in one process. The
-estimators start wrong on purpose; at the end a table compares start, estimate and truth.
+Each node runs in its own process with one parameter file; a scenario with control composes them in one process. The
+estimators start with perturbed coefficients; at the end a table compares start, estimate and truth.
 """
 
 import argparse
@@ -18,29 +18,29 @@ from typing import Any
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.ros.subprocesses import ProcessError
 from vsa_common.terminal import Bar, progress
-from vsa_tools.demo.harness import Part, Stage
-from vsa_tools.demo.isolation import IsolationError, claim_corner
-from vsa_tools.demo.parameters import Layer, base_parameters, lay_over, write_parameters, wrong_starts
+from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
+from vsa_tools.demo.isolation import IsolationError, claim_domain
+from vsa_tools.demo.parameters import Layer, base_parameters, merge, perturbed_initial_values, write_parameters
 from vsa_tools.demo.report_process import Reporter
-from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario, scenario_names
+from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 
-RATE_HZ = 500  # two cores lose nothing at it with the recorder on
-DURATION_S = 60.0
-RECORDER = Part("recorder", "vsa_tools", "record", nice=5)
-RIG = Part("rig_simulator", "vsa_simulator", "rig_simulator")
+RATE_HZ = 500  # without loss on two cores, recorder included
+DURATION_S = 60.0  # both estimators converge in it
+RECORDER = ProcessSpec("recorder", "vsa_tools", "record", nice=5)
+RIG = ProcessSpec("rig_simulator", "vsa_simulator", "rig_simulator")
 NODES = ("estimator_1", "estimator_2", "joint", "driver")
-COMPOSED = (RECORDER, Part("composed", "vsa_bringup", "composed", nodes=NODES), RIG)
-PARTS = (
+COMPOSED = (RECORDER, ProcessSpec("composed", "vsa_bringup", "composed", nodes=NODES), RIG)
+PROCESSES = (
     RECORDER,
-    Part("estimator_1", "vsa_estimator", "estimator"),
-    Part("estimator_2", "vsa_estimator", "estimator"),
-    Part("joint", "vsa_joint", "joint"),
+    ProcessSpec("estimator_1", "vsa_estimator", "estimator"),
+    ProcessSpec("estimator_2", "vsa_estimator", "estimator"),
+    ProcessSpec("joint", "vsa_joint", "joint"),
     RIG,
-    Part("driver", "vsa_driver", "driver"),
+    ProcessSpec("driver", "vsa_driver", "driver"),
 )
 VIEW_PORT = 8080
-MADE = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
-END_S = 5.0  # for the last samples to arrive on a busy machine
+OUTPUTS = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
+DRAIN_S = 5.0  # [s] limit for the last samples to arrive, on a machine under full load
 Arrivals = list[tuple[int, int]]
 
 
@@ -50,51 +50,59 @@ def main(args: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
     try:
-        summary = perform(options, load_scenario(options.scenario, options))
+        summary = run(options, load_scenario(options.scenario, options))
     except KeyboardInterrupt:
-        print(f"demo: stopped; what was recorded until then is in {options.out / 'bag'}", file=sys.stderr)
+        print(f"demo: interrupted; the recording is in {options.out / 'bag'}", file=sys.stderr)
         return 130
     except _expected() as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1
     lost = sum(side["samples_lost"] for side in summary["transmissions"].values())
-    print(f"{options.out / 'bag'}, summary.json and report.html are there" + f"; {lost} samples were lost" * bool(lost))
+    print(f"wrote {options.out / 'bag'}, summary.json and report.html" + f"; {lost} samples lost" * bool(lost))
     return 0
 
 
-def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
-    """Bring the suite up, let the rig's clock run, take all down, judge; the content of summary.json."""
+def run(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
+    """Start the suite, run the rig's clock, stop all processes, evaluate. Returns the content of summary.json."""
     folder: Path = options.out
     clear(folder)
-    corner = claim_corner()
-    parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
+    domain = claim_domain()
+    parameters = write_run(folder, options, domain.bus_port, scenario.parameters())
     page = free_port(VIEW_PORT) if options.view else 0
-    parts = [*(COMPOSED if scenario.composed else PARTS), *scenario.parts(), *([_view(page)] if page else [])]
-    nodes = [node for part in parts for node in part.nodes or (part.name,)]
+    processes = [
+        *(COMPOSED if scenario.composed else PROCESSES),
+        *scenario.processes(),
+        *([_view(page)] if page else []),
+    ]
+    nodes = [node for process in processes for node in process.nodes or (process.name,)]
     waiting = [node for node in nodes if node not in ("driver", "view")]
     with contextlib.ExitStack() as ends:
-        with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
-            stage.start(parts, parameters)
-            stage.wait_until_active(*waiting)
-            stage.activate("driver")  # last, so that nothing it says is missed
-            stage.wait_until_connected()
+        with (
+            progress(options.duration, "starting") as bar,
+            ProcessHarness(domain.environment(), folder / "logs") as harness,
+        ):
+            harness.start(processes, parameters)
+            harness.wait_until_active(*waiting)
+            harness.activate("driver")  # last: all subscribers receive its first message
+            harness.wait_until_connected()
             if page:
-                stage.wait_until_open(page)
+                harness.wait_until_open(page)
                 print(f"live page: http://127.0.0.1:{page}/", flush=True)
-            stage.request("rig_simulator/start")
-            scenario.begin(stage.node)
-            _watch(stage, options.duration, bar)
-            reporter = ends.enter_context(Reporter())  # gets ready while the others stop
-        return conclude(folder, stage.arrivals_ns, scenario, reporter)
+            harness.request("rig_simulator/start")
+            scenario.begin(harness.node)
+            _watch(harness, options.duration, bar)
+            reporter = ends.enter_context(Reporter())  # loads its libraries while the nodes stop
+        return evaluate(folder, harness.arrivals_ns, scenario, reporter)
 
 
-def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario, reporter: Reporter) -> dict[str, Any]:
-    """Judge, show and report the run in `folder`; the content of summary.json."""
-    from vsa_tools.evaluation.run_summary import show, summarise
+def evaluate(folder: Path, arrivals_ns: Arrivals, scenario: Scenario, reporter: Reporter) -> dict[str, Any]:
+    """Evaluate the run in `folder`, print its tables, write its report. Returns the content of summary.json."""
+    from vsa_tools.evaluation.run_summary import summarise
+    from vsa_tools.evaluation.run_table import show
 
     with progress(None, "reading the bag"):
         summary = summarise(folder, arrivals_ns)
-    figures = scenario.judge(folder)
+    figures = scenario.evaluate(folder)
     if figures:
         summary["scenario"] = figures
     (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
@@ -105,7 +113,7 @@ def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario, reporter: 
 
 
 def write_run(folder: Path, options: argparse.Namespace, bus_port: int, changes: Layer) -> Path:
-    """The parameter file of this run."""
+    """Write the parameter file of this run; returns its path."""
     path = folder / "parameters.yaml"
     bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={bus_port}"]}
     run: dict[str, Mapping[str, Any]] = {
@@ -121,15 +129,15 @@ def write_run(folder: Path, options: argparse.Namespace, bus_port: int, changes:
         "recorder": {"out": str(folder.resolve() / "bag")},
     }
     base = base_parameters()
-    rig = lay_over(lay_over(base, run), changes)["rig_simulator"]
-    write_parameters(path, base, run, wrong_starts(rig, options.seed), changes)
+    rig = merge(merge(base, run), changes)["rig_simulator"]
+    write_parameters(path, base, run, perturbed_initial_values(rig, options.seed), changes)
     return path
 
 
 def clear(folder: Path) -> None:
-    """Make `folder`, without what an earlier demo left there."""
+    """Create `folder`; remove the outputs of an earlier demo from it."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in MADE:
+    for name in OUTPUTS:
         path = folder / name
         if path.is_dir():
             shutil.rmtree(path)
@@ -138,7 +146,7 @@ def clear(folder: Path) -> None:
 
 
 def free_port(wanted: int) -> int:
-    """TCP port `wanted` of this machine if nobody has it, else any other."""
+    """TCP port `wanted` of this machine if it is free, else any free port."""
     with socket.socket() as probe:
         try:
             probe.bind(("127.0.0.1", wanted))
@@ -147,22 +155,22 @@ def free_port(wanted: int) -> int:
         return int(probe.getsockname()[1])
 
 
-def _view(port: int) -> Part:
-    return Part("view", "vsa_tools", "view", ("--port", str(port)), nice=10)
+def _view(port: int) -> ProcessSpec:
+    return ProcessSpec("view", "vsa_tools", "view", ("--port", str(port)), nice=10)
 
 
-def _watch(stage: Stage, duration: float, bar: Bar) -> None:
+def _watch(harness: ProcessHarness, duration: float, bar: Bar) -> None:
     step, done = 0.25, 0.0
     while done < duration:
-        stage.spin(min(step, duration - done))
+        harness.spin(min(step, duration - done))
         done += step
         bar.advance(step, "measuring")
     bar.advance(0.0, "stopping")
-    stage.spin_until_silent(END_S)
+    harness.spin_until_idle(DRAIN_S)
 
 
 def _expected() -> tuple[type[Exception], ...]:
-    """Errors that a line explains. Asked for when there is one: their libraries take long to load."""
+    """Errors that end the demo with one line. Imported on demand: their libraries load slowly."""
     from vsa_common.io.bags import BagError
     from vsa_common.io.tables import TableError
 
@@ -170,7 +178,10 @@ def _expected() -> tuple[type[Exception], ...]:
 
 
 def _interrupt(*_: object) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):  # once is enough; what follows takes its time
+    for number in (
+        signal.SIGINT,
+        signal.SIGTERM,
+    ):  # the shutdown that follows takes seconds and must not be interrupted
         signal.signal(number, signal.SIG_IGN)
     raise KeyboardInterrupt
 
@@ -179,12 +190,12 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     add = parser.add_argument
     add("--duration", type=float, default=DURATION_S, metavar="S", help="time of motion (%(default)s s)")
-    add("--rate", type=int, default=RATE_HZ, metavar="HZ", help="samples a second (%(default)s)")
-    add("--out", type=Path, default=Path("vsa_demo"), metavar="DIR", help="folder for what is made (%(default)s)")
-    add("--seed", type=int, default=1, metavar="N", help="of noise and wrong start values (%(default)s)")
-    add("--view", action="store_true", help="show the live page meanwhile")
-    names = ", ".join(scenario_names()) or "none yet"
-    add("--scenario", default="", metavar="NAME", help=f"do something besides: {names}")
+    add("--rate", type=int, default=RATE_HZ, metavar="HZ", help="samples per second (%(default)s)")
+    add("--out", type=Path, default=Path("vsa_demo"), metavar="DIR", help="output folder (%(default)s)")
+    add("--seed", type=int, default=1, metavar="N", help="seed of noise and initial coefficients (%(default)s)")
+    add("--view", action="store_true", help="serve the live page during the run")
+    names = ", ".join(scenario_names()) or "none"
+    add("--scenario", default="", metavar="NAME", help=f"scenario besides the plain motion: {names}")
     return parser
 
 

@@ -1,4 +1,4 @@
-"""A corner of this machine for one run alone: its own ROS domain and its own port of the CAN bus."""
+"""Isolation of one run on this machine: a ROS domain and a UDP port of the CAN bus of its own."""
 
 import os
 import random
@@ -6,17 +6,17 @@ import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-DOMAINS = range(20, 101)  # above 101 the ports of DDS run into those that Linux hands out
-BUS_PORT = 61_000  # above those that Linux hands out
+DOMAINS = range(20, 101)  # above 101 the ports of DDS overlap the ephemeral ports of Linux
+BUS_PORT = 61_000  # of domain 0, above the ephemeral ports of Linux
 
 
 class IsolationError(RuntimeError):
-    """All corners are taken."""
+    """No ROS domain is free."""
 
 
 @dataclass(frozen=True)
-class Corner:
-    """One ROS domain, held until this process ends."""
+class IsolatedDomain:
+    """One ROS domain, reserved until this process ends."""
 
     domain: int
     lock: socket.socket
@@ -27,7 +27,7 @@ class Corner:
         return BUS_PORT + self.domain
 
     def environment(self) -> dict[str, str]:
-        """Environment for the nodes of the run: they hear each other, on this machine, and nobody else."""
+        """Environment of the nodes of the run: discovery on this machine and in this domain only."""
         inherited: Mapping[str, str] = {k: v for k, v in os.environ.items() if k != "ROS_LOCALHOST_ONLY"}
         return {
             **inherited,
@@ -37,13 +37,13 @@ class Corner:
         }
 
 
-def claim_corner() -> Corner:
-    """A domain that no other run on this machine has claimed. Raises IsolationError where there is none."""
+def claim_domain() -> IsolatedDomain:
+    """Reserve a domain that no other run on this machine holds. Raises IsolationError where none is free."""
     for domain in random.sample(DOMAINS, len(DOMAINS)):
         lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
-            lock.bind(f"\0vsa_domain_{domain}")  # an abstract name: it vanishes with the process
-            return Corner(domain, lock)
+            lock.bind(f"\0vsa_domain_{domain}")  # an abstract name: the kernel releases it with the process
+            return IsolatedDomain(domain, lock)
         except OSError:
             lock.close()
-    raise IsolationError(f"ROS domains {DOMAINS[0]} to {DOMAINS[-1]} are all taken by other runs")
+    raise IsolationError(f"ROS domains {DOMAINS[0]} to {DOMAINS[-1]} are all in use by other runs")

@@ -1,4 +1,4 @@
-"""The parameter file of a demo: the rig's own, with what this run wants otherwise laid over it."""
+"""Parameter file of a run: layers of parameters merged over those of paper_rig.yaml."""
 
 import math
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from vsa_common.config.configuration import read_parameter_file
-from vsa_tools.demo.start_values import wrong_start
+from vsa_tools.demo.start_values import perturbed
 
 Tree = dict[str, Any]
 Layer = Mapping[str, Mapping[str, Any]]  # parameters by bare node name
@@ -21,16 +21,16 @@ def paper_rig() -> Path:
     return Path(get_package_share_directory("vsa_bringup"), "config", "paper_rig.yaml")
 
 
-def lay_over(base: Mapping[str, Any], changes: Mapping[str, Any]) -> Tree:
-    """`base` with `changes` laid over it, section by section.
+def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> Tree:
+    """`base` with the values of `changes`, section by section.
 
-    >>> lay_over({"a": {"x": 1, "y": 2}}, {"a": {"y": 3}, "b": 4})
+    >>> merge({"a": {"x": 1, "y": 2}}, {"a": {"y": 3}, "b": 4})
     {'a': {'x': 1, 'y': 3}, 'b': 4}
     """
     merged = dict(base)
     for name, value in changes.items():
         old = merged.get(name)
-        merged[name] = lay_over(old, value) if isinstance(old, Mapping) and isinstance(value, Mapping) else value
+        merged[name] = merge(old, value) if isinstance(old, Mapping) and isinstance(value, Mapping) else value
     return merged
 
 
@@ -40,34 +40,34 @@ def base_parameters() -> Layer:
 
 
 def write_parameters(path: Path, *layers: Layer) -> None:
-    """Write layers of parameters, the later over the earlier, as one parameter file for nodes in any namespace.
+    """Write layers of parameters, later ones first in precedence, as one parameter file for nodes in any namespace.
 
-    A node whose name begins with / is meant there alone.
+    A node name with a leading / applies to that node only.
     """
     merged: Tree = {}
     for layer in layers:
-        merged = lay_over(merged, layer)
+        merged = merge(merged, layer)
     tree = {node if node.startswith("/") else f"/**/{node}": {_PARAMETERS: values} for node, values in merged.items()}
     path.write_text(yaml.dump(tree, Dumper=_Plain, sort_keys=False))
 
 
 class _Plain(yaml.SafeDumper):
-    """Says everything in full: the parser of ROS knows no aliases."""
+    """Writes no aliases: the parameter parser of ROS does not support them."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
 
-def wrong_starts(rig: Mapping[str, Any], seed: int) -> dict[str, dict[str, Any]]:
-    """`initial` of both estimators, wrong on purpose, for the rig with these parameters.
+def perturbed_initial_values(rig: Mapping[str, Any], seed: int) -> dict[str, dict[str, Any]]:
+    """`initial` of both estimators for the rig with parameters `rig`, perturbed at random by `seed`.
 
-    Both rods start at rest, where their springs balance each other and the external torque.
+    Both rods start at rest, where the forces of the springs balance the external torque.
     """
     first, second = rig["transmission_1"], rig["transmission_2"]
     force = first["force_offset"] + first["k1"] * math.exp(first["k2"] * rig["profile"]["centre"])
-    pull = 2.0 * rig.get("torque", {}).get("constant", 0.0) / rig["joint"]["radius"]
+    torque_force = 2.0 * rig.get("torque", {}).get("constant", 0.0) / rig["joint"]["radius"]
     generator = np.random.default_rng(seed)
     return {
-        f"estimator_{i}": {"initial": wrong_start(side, force_there, generator)}
-        for i, (side, force_there) in enumerate(((first, force), (second, force + pull)), 1)
+        f"estimator_{i}": {"initial": perturbed(side, rod_force, generator)}
+        for i, (side, rod_force) in enumerate(((first, force), (second, force + torque_force)), 1)
     }

@@ -1,4 +1,4 @@
-"""The report in a process of its own, which makes itself ready while the demo still cleans up."""
+"""The report in a separate process, which imports its libraries while the demo stops its nodes."""
 
 import subprocess
 import sys
@@ -6,23 +6,23 @@ from pathlib import Path
 
 from vsa_common.ros.subprocesses import ProcessError
 
-# Dies with us, and ends by itself where it is told nothing.
-_WORK = """
+# The kernel kills it with its parent; it ends without a report on an empty line or end of input.
+_PROGRAM = """
 import ctypes, signal, sys
 ctypes.CDLL(None).prctl(1, signal.SIGKILL)
 from vsa_tools.report.command import write
 folder = sys.stdin.readline().rstrip("\\n")
 if folder:
-    write(f"{folder}/bag", folder, prints=False)
+    write(f"{folder}/bag", folder, print_files=False)
 """
 
 
 class Reporter:
-    """Starts the process at once; `write` tells it which run to report."""
+    """Starts the process at once; `write` sends it the folder of the run."""
 
     def __init__(self) -> None:
         self._popen = subprocess.Popen(
-            [sys.executable, "-W", "ignore", "-c", _WORK],
+            [sys.executable, "-W", "ignore", "-c", _PROGRAM],
             stdin=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -30,7 +30,7 @@ class Reporter:
         )
 
     def write(self, folder: Path) -> None:
-        """Write report.html of the run in `folder`. Raises ProcessError with the reason where that fails."""
+        """Write report.html of the run in `folder`. Raises ProcessError with the reason on failure."""
         _, errors = self._popen.communicate(f"{folder}\n")
         if self._popen.returncode:
             reason = errors.strip().splitlines()[-1] if errors.strip() else f"code {self._popen.returncode}"
@@ -40,7 +40,7 @@ class Reporter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let it go; what it was not told to write is not written."""
+        """End the process if it still waits for a folder."""
         if self._popen.poll() is None:
             self._popen.kill()
             self._popen.communicate()

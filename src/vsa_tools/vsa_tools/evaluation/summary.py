@@ -1,7 +1,7 @@
-"""How good a recorded run was, against the rig's truth; arrays in, the numbers of summary.json out.
+"""Figures of merit of a recorded run against the rig's truth: arrays in, the numbers of summary.json out.
 
-Estimates belong to samples of the rig by the rolling counter of the frame that they came from. Errors are those of the
-last 30 % of the run, over every message there, whether it called itself valid or not.
+The rolling counter of a CAN frame assigns an estimate to a sample of the rig. Errors are those of the last 30 % of the
+run, over every message there, valid or not.
 """
 
 from collections.abc import Mapping
@@ -9,31 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from vsa_tools.evaluation.recorded_run import Floats, Integers
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Columns = Mapping[str, Floats]
 
-SCORED = 0.3  # the last part of the run that is judged
-NEAR = 0.05  # relative error of stiffness below which it counts as converged
-Z95 = 1.959964  # half width of the 95 % interval in standard deviations
-UNKNOWN = -1  # sample number of a stamp that no frame had
-
-
-@dataclass(frozen=True)
-class Frames:
-    """Which sample of the rig each capture stamp belongs to; stamps rise."""
-
-    stamp_ns: Integers
-    counter: Integers
-
-    def samples(self, stamp_ns: Integers) -> Integers:
-        """Sample numbers of stamps, UNKNOWN where no frame carries the stamp."""
-        if not len(self.stamp_ns):
-            return np.full(len(stamp_ns), UNKNOWN)
-        index = np.clip(np.searchsorted(self.stamp_ns, stamp_ns), 0, len(self.stamp_ns) - 1)
-        return np.where(self.stamp_ns[index] == stamp_ns, self.counter[index], UNKNOWN)
+SCORED = 0.3  # evaluated fraction at the end of the run [1]: the estimates have converged by then
+CONVERGED = 0.05  # relative error of stiffness below which it counts as converged [1], the usual 5 % settling band
+Z95 = 1.959964  # half width of the 95 % interval in standard deviations [1]
 
 
 @dataclass(frozen=True)
@@ -59,7 +41,7 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class Transmission:
-    """What was recorded of one transmission; `sample` numbers the estimates, `fused` is the estimator's own count."""
+    """One transmission: sample number of each estimate, and `fused`, the estimator's own count of samples."""
 
     fused: int
     sample: Integers
@@ -71,7 +53,7 @@ class Transmission:
 
 @dataclass(frozen=True)
 class JointRun:
-    """What was recorded of the joint; `samples` of either side for each message."""
+    """The joint: sample number of each side for each message."""
 
     samples: tuple[Integers, Integers]
     stiffness: Series
@@ -80,7 +62,7 @@ class JointRun:
 
 @dataclass(frozen=True)
 class Geometry:
-    """How the simulated rig's transmissions reach its joint."""
+    """Geometry between the simulated rig's transmissions and its joint."""
 
     radius: float  # [m]
     tendon_stiffness: tuple[float, float]  # [N/m]
@@ -88,10 +70,10 @@ class Geometry:
 
 
 def transmission_summary(run: Transmission, truth: Columns, side: int, rate_hz: float) -> dict[str, Any]:
-    """The figures of transmission `side` (1 or 2) of a rig that sampled at `rate_hz` [Hz]."""
+    """Figures of transmission `side` (1 or 2); the rig samples at `rate_hz` [Hz]."""
     sent = len(truth["stiffness_1"])
-    known = (run.sample >= 0) & (run.sample < sent)
-    sample, stiffness, damping = run.sample[known], run.stiffness[known], run.damping[known]
+    assigned = (run.sample >= 0) & (run.sample < sent)
+    sample, stiffness, damping = run.sample[assigned], run.stiffness[assigned], run.damping[assigned]
     true_stiffness, true_damping = truth[f"stiffness_{side}"][sample], truth[f"damping_{side}"][sample]
     late = sample >= (1.0 - SCORED) * sent
     return {
@@ -109,7 +91,7 @@ def transmission_summary(run: Transmission, truth: Columns, side: int, rate_hz: 
 
 
 def joint_summary(run: JointRun, truth: Columns, geometry: Geometry) -> dict[str, Any]:
-    """The figures of the joint."""
+    """Figures of the joint."""
     sent = len(truth["stiffness_1"])
     first, second = run.samples
     late = (np.minimum(first, second) >= (1.0 - SCORED) * sent) & (np.maximum(first, second) < sent)
@@ -125,7 +107,7 @@ def joint_summary(run: JointRun, truth: Columns, geometry: Geometry) -> dict[str
 def joint_truth(truth: Columns, samples: tuple[Integers, Integers], geometry: Geometry) -> tuple[Floats, Floats]:
     """Stiffness [N m/rad] and damping [N m s/rad] of the joint at low frequency, eqs. (10), (11), (13).
 
-    (13) is taken with the 1/4 of virtual work: a rod moves half as far as its tendon and bears twice its tension.
+    (13) has the factor 1/4 of virtual work: a rod moves half as far as its tendon and carries twice its tension.
     """
     stiffness = np.zeros(len(samples[0]))
     damping = np.full(len(samples[0]), geometry.joint_damping)
@@ -137,11 +119,11 @@ def joint_truth(truth: Columns, samples: tuple[Integers, Integers], geometry: Ge
 
 
 def converged_after(time: Floats, estimate: Floats, truth: Floats) -> float | None:
-    """Time [s] from which on the estimate stays within NEAR of the truth; None if it never does."""
-    wrong = np.flatnonzero(~(np.abs(estimate - truth) <= NEAR * np.abs(truth)))
-    if not len(wrong):
+    """Time [s] from which on the relative error stays below CONVERGED; None if it does not."""
+    outside = np.flatnonzero(~(np.abs(estimate - truth) <= CONVERGED * np.abs(truth)))
+    if not len(outside):
         return 0.0 if len(time) else None
-    after = int(wrong[-1]) + 1
+    after = int(outside[-1]) + 1
     return float(time[after]) if after < len(time) else None
 
 
@@ -153,12 +135,12 @@ def nrmse(estimate: Floats, truth: Floats) -> float | None:
 
 
 def coverage(estimate: Series, truth: Floats) -> float | None:
-    """Share of samples whose 95 % interval holds the truth."""
+    """Fraction of samples whose 95 % interval contains the truth; None without a sample."""
     return float(np.mean(np.abs(estimate.value - truth) <= Z95 * estimate.std)) if len(truth) else None
 
 
 def log_coverage(estimate: Series, truth: Floats) -> float | None:
-    """The same for a positive quantity whose interval is value * exp(+-Z95 std / value)."""
+    """As `coverage`, for a positive quantity with the interval value * exp(+-Z95 std / value)."""
     if not len(truth):
         return None
     value = np.maximum(estimate.value, np.finfo(float).tiny)

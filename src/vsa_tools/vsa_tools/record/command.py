@@ -1,4 +1,4 @@
-"""Node and tool: every topic of the suite into a rosbag2 recording (MCAP), bytes as they come from the wire."""
+"""Records every topic of the suite into a rosbag2 recording (MCAP), without deserialization."""
 
 import argparse
 import importlib
@@ -20,7 +20,7 @@ from vsa_common.terminal import Bar, progress
 from vsa_tools.record.spool import Spool
 from vsa_tools.topics import suite_topics
 
-LOOK_FOR_TOPICS_S = 0.5
+DISCOVERY_PERIOD_S = 0.5  # [s] between two searches for the additional topics
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class RecorderConfig:
 
 
 class RecorderNode(SuiteNode[RecorderConfig]):
-    """Record the suite's topics of one namespace; active means that it listens to all of them."""
+    """Records the suite's topics of one namespace; it is active once it subscribes to all of them."""
 
     def __init__(self, bar: Bar) -> None:
         super().__init__("recorder", RecorderConfig)
@@ -54,17 +54,17 @@ class RecorderNode(SuiteNode[RecorderConfig]):
             raise ConfigurationError(f"out = {str(path)!r}: {error}") from error
         self.spool = Spool(self._recording, config.queue_limit, config.flush_period, config.disk_reserve)
         self._reported = 0
-        self._wanted = {topic for topic in config.topics if topic}
-        self._inputs: list[Any] = []
+        self._missing = {topic for topic in config.topics if topic}
+        self._recorded: list[Any] = []
         for topic, type_name in suite_topics(self.get_namespace()).items():
-            self._listen(topic, type_name)
-        self._own_timers = [self.create_timer(LOOK_FOR_TOPICS_S, self._look, clock=STEADY)]
-        self.get_logger().info(f"recording {len(self._inputs)} topics to {path}")
+            self._subscribe(topic, type_name)
+        self._own_timers = [self.create_timer(DISCOVERY_PERIOD_S, self._discover, clock=STEADY)]
+        self.get_logger().info(f"recording {len(self._recorded)} topics to {path}")
 
     def stop(self) -> None:
         for timer in self._own_timers:
             self.destroy_timer(timer)
-        for subscription in self._inputs:
+        for subscription in self._recorded:
             self.destroy_subscription(subscription)
         self.spool.close()
 
@@ -72,42 +72,42 @@ class RecorderNode(SuiteNode[RecorderConfig]):
         if not self.active:
             return super().health()
         spool = self.spool
-        values = {"messages": spool.written, "dropped": spool.dropped, "longest_queue": spool.longest}
+        values = {"messages": spool.written, "dropped": spool.dropped, "longest_queue": spool.longest_queue}
         if spool.failure:
             return ERROR, spool.failure, values
         before, self._reported = self._reported, spool.dropped
         if spool.dropped > before:
             return (
                 WARN,
-                f"the disk does not keep up: {spool.dropped - before} messages dropped in the last second",
+                f"the disk is too slow: {spool.dropped - before} messages dropped in the last second",
                 values,
             )
         return OK, f"recording to {self._recording.path}", values
 
-    def _listen(self, topic: str, type_name: str) -> None:
+    def _subscribe(self, topic: str, type_name: str) -> None:
         self._recording.add(topic, type_name)
         callback = partial(self._on_message, topic)
-        self._inputs.append(self.create_subscription(message_class(type_name), topic, callback, self._qos, raw=True))
+        self._recorded.append(self.create_subscription(message_class(type_name), topic, callback, self._qos, raw=True))
 
     def _on_message(self, topic: str, data: bytes) -> None:
         self.spool.put(topic, time.time_ns(), data)
 
     def summary(self) -> str:
-        """What came of it, on one line."""
+        """Messages, path, drops and failure on one line."""
         spool = self.spool
         return f"{spool.written} messages in {self._recording.path}, {spool.dropped} dropped {spool.failure}".rstrip()
 
-    def _look(self) -> None:
+    def _discover(self) -> None:
         self._bar.advance(0.0, f"{self.spool.written} messages, {self.spool.dropped} dropped")
         if self.spool.failure:
             self.get_logger().error(self.spool.failure, once=True)
-        if not self._wanted:
+        if not self._missing:
             return
         for topic, types in self.get_topic_names_and_types():
-            if topic in self._wanted:
-                self._wanted.discard(topic)
+            if topic in self._missing:
+                self._missing.discard(topic)
                 try:
-                    self._listen(topic, types[0])
+                    self._subscribe(topic, types[0])
                 except (BagError, ImportError, AttributeError) as error:
                     self.get_logger().error(f"{topic} is not recorded: {error}")
 
@@ -119,17 +119,17 @@ def message_class(type_name: str) -> type:
 
 
 def ros_arguments(arguments: Sequence[str]) -> list[str]:
-    """The tool's own options as arguments for ROS, before those that were given as such."""
+    """The tool's options as ROS arguments, after those given with --ros-args."""
     parser = argparse.ArgumentParser(prog="record", description=__doc__, epilog="Ctrl-C ends the recording.")
     parser.add_argument("--out", metavar="DIR", default="", help="folder of the recording (vsa_bag_DATE_TIME)")
     parser.add_argument("--namespace", default="", help="namespace of the joint (/vsa)")
-    parser.add_argument("--topic", action="append", default=[], help="a topic of others to record besides; repeatable")
+    parser.add_argument("--topic", action="append", default=[], help="an additional topic to record; repeatable")
     options = parser.parse_args(remove_ros_args([parser.prog, *arguments])[1:])
-    own = ["-p", f"out:={options.out}"] if options.out else []
-    own += ["-p", f"topics:=[{','.join(options.topic)}]"] if options.topic else []
-    own += ["-r", f"__ns:=/{options.namespace.strip('/')}"] if options.namespace else []
+    options_as_ros = ["-p", f"out:={options.out}"] if options.out else []
+    options_as_ros += ["-p", f"topics:=[{','.join(options.topic)}]"] if options.topic else []
+    options_as_ros += ["-r", f"__ns:=/{options.namespace.strip('/')}"] if options.namespace else []
     given = list(arguments[arguments.index("--ros-args") :]) if "--ros-args" in arguments else []
-    return [*given, "--ros-args", *own] if own else given
+    return [*given, "--ros-args", *options_as_ros] if options_as_ros else given
 
 
 def main() -> int:

@@ -11,12 +11,12 @@ from vsa_common.stamps import NANOSECONDS
 
 Floats = NDArray[np.float64]
 
-_FAR = 10.0  # a stamp so far from where the others are [s] is none
+_MAX_STAMP_OFFSET_S = 10.0  # [s] a stamp further from the others is invalid: no transport delay is so long
 
 
 @dataclass(frozen=True)
 class Series:
-    """The messages of one topic. `time` counts from the start of the run and is NaN where a stamp makes no sense."""
+    """The messages of one topic. `time` counts from the start of the run; it is NaN where a stamp is invalid."""
 
     topic: Topic
     stamp_ns: NDArray[np.int64]
@@ -29,20 +29,20 @@ class Series:
         return len(self.stamp_ns)
 
     def __getitem__(self, name: str) -> Floats:
-        """A column; NaN throughout where the bag's version of the message lacks it."""
+        """A column; all NaN where the message definition of the bag lacks the field."""
         return self.columns.get(name, np.full(len(self), np.nan))
 
     def std(self, name: str) -> Floats:
-        """Standard deviation of a quantity that comes with its variance."""
+        """Standard deviation of a quantity that has a variance field."""
         return np.sqrt(np.maximum(self[f"{name}_variance"], 0.0))
 
     def valid(self, name: str) -> NDArray[np.bool_]:
-        """Where a quantity may be used."""
+        """Validity of a quantity in each message."""
         return self[f"{name}_valid"] == 1.0
 
 
-class Gatherer:
-    """Messages of one topic, their fields `names`, on their way to a Series."""
+class ColumnBuilder:
+    """Collects the fields `names` of the messages of one topic into a Series."""
 
     def __init__(self, topic: Topic, names: Sequence[str]) -> None:
         self.topic = topic
@@ -51,28 +51,28 @@ class Gatherer:
         self._rows: list[tuple[Any, ...]] = []
         self._names = names
 
-    def take(self, receive_ns: int, stamp_ns: int, values: tuple[Any, ...]) -> None:
-        """The numbers and texts of a message."""
+    def add(self, receive_ns: int, stamp_ns: int, values: tuple[Any, ...]) -> None:
+        """Add the fields of one message."""
         self._receives.append(receive_ns)
         self.stamps.append(stamp_ns)
         self._rows.append(values)
 
     def series(self, start_ns: int) -> Series:
-        """All of it, on the time that begins at `start_ns`."""
+        """All messages; their time counts from `start_ns`."""
         stamps = np.array(self.stamps, dtype=np.int64)
         receives = np.array(self._receives, dtype=np.int64)
         time = (stamps - start_ns) / NANOSECONDS
-        behind = (receives - stamps) / NANOSECONDS
-        time[np.abs(behind - np.median(behind)) > _FAR] = np.nan
-        whole = dict(zip(self._names, zip(*self._rows, strict=True), strict=True))
-        texts = {name: values[-1] for name, values in whole.items() if isinstance(values[-1], str | list)}
-        columns = {name: np.array(values, dtype=float) for name, values in whole.items() if name not in texts}
+        delay = (receives - stamps) / NANOSECONDS
+        time[np.abs(delay - np.median(delay)) > _MAX_STAMP_OFFSET_S] = np.nan
+        fields = dict(zip(self._names, zip(*self._rows, strict=True), strict=True))
+        texts = {name: values[-1] for name, values in fields.items() if isinstance(values[-1], str | list)}
+        columns = {name: np.array(values, dtype=float) for name, values in fields.items() if name not in texts}
         return Series(self.topic, stamps, receives, time, columns, texts)
 
 
 def first_stamp(stamps: list[int]) -> int:
-    """The earliest stamp [ns] that is not far from all others."""
+    """The earliest valid stamp [ns]; outliers are ignored."""
     array = np.array(stamps, dtype=np.int64)
     low, high = np.quantile(array, [0.02, 0.98])
-    room = _FAR * NANOSECONDS + (high - low)
-    return int(array[(array >= low - room) & (array <= high + room)].min())
+    margin = _MAX_STAMP_OFFSET_S * NANOSECONDS + (high - low)
+    return int(array[(array >= low - margin) & (array <= high + margin)].min())

@@ -1,4 +1,4 @@
-"""What a report needs of a bag."""
+"""Reader of a report: raw columns of every topic of the suite in a bag, by joint and transmission."""
 
 import re
 import struct
@@ -13,7 +13,7 @@ from vsa_common.io.bags import BagError, Topic, fields, read, read_raw, topics
 from vsa_common.ros.cdr import TORQUE_Z, Reader, read_position, read_wrench
 from vsa_common.stamps import NANOSECONDS, nanoseconds
 from vsa_estimator.offline.recordings import is_complete
-from vsa_tools.report.columns import Gatherer, Series, first_stamp
+from vsa_tools.report.columns import ColumnBuilder, Series, first_stamp
 
 WRENCH, JOINT_STATE = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
 IMPEDANCE, STATE = "vsa_msgs/msg/TransmissionImpedance", "vsa_msgs/msg/EstimatorState"
@@ -34,8 +34,8 @@ _SINGLE: dict[str, tuple[str, Callable[[bytes], tuple[int, float]]]] = {  # topi
 
 
 @dataclass(frozen=True)
-class Side:
-    """One transmission; None for what was not recorded."""
+class Transmission:
+    """One transmission; None for a topic that was not recorded."""
 
     name: str
     force: Series | None = None
@@ -47,89 +47,97 @@ class Side:
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint, by its namespace."""
+    """One joint; its name is its namespace."""
 
     name: str
-    sides: list[Side]
+    transmissions: list[Transmission]
     impedance: Series | None = None
     angle: Series | None = None
     torque: Series | None = None
 
 
 @dataclass(frozen=True)
-class Complaint:
-    """Something that a node said of itself on /diagnostics, numbers apart."""
+class Diagnostic:
+    """A message above level OK on /diagnostics; messages that differ only in numbers count as one."""
 
     node: str
     level: int  # 1 warning, 2 error, 3 stale
-    text: str  # as it was said first
-    first: float  # when it was first said [s]
+    text: str  # of the first occurrence
+    first: float  # time of the first occurrence [s]
     count: int
 
 
 @dataclass(frozen=True)
 class Run:
-    """A whole recording."""
+    """A recording."""
 
     path: Path
     start_ns: int
     duration: float  # [s], up to the last sensor sample
     topics: dict[str, Topic]
     joints: list[Joint]
-    complaints: list[Complaint]
-    complete: bool  # False for a bag that was cut off
+    diagnostics: list[Diagnostic]
+    complete: bool  # False for a truncated bag
 
 
 def read_run(path: Path) -> Run:
-    """The readable part of a bag. Raises BagError with one line where it holds nothing of the suite's."""
+    """The readable part of a bag. Raises BagError, on one line, where it has no topic of the suite."""
     found = topics(path)
-    ours = {name: match for name, topic in found.items() if (match := _match(topic))}
-    if not ours:
-        held = ", ".join(f"{topic.name} ({topic.type_name})" for topic in found.values()) or "no topic at all"
+    matches = {name: match for name, topic in found.items() if (match := _match(topic))}
+    if not matches:
+        names = ", ".join(f"{topic.name} ({topic.type_name})" for topic in found.values()) or "no topic"
         raise BagError(
-            f"{path}: none of the suite's topics, expected .../transmission_N/impedance or such; found {held}"
+            f"{path}: no topic of the suite; expected .../transmission_N/impedance or similar; found {names}"
         )
-    fullest = {ours[name]["leaf"]: name for name in sorted(ours, key=lambda name: found[name].messages)}
-    decoders = {leaf: _decoder(path, name, leaf) for leaf, name in fullest.items()}
-    gathered = {name: Gatherer(found[name], decoders[match["leaf"]].names) for name, match in ours.items()}
-    takers = {name: (gathered[name].take, decoders[match["leaf"]].read) for name, match in ours.items()}
-    try:
-        for name, receive_ns, data in read_raw(path, takers):
-            take, read_one = takers[name]
-            take(receive_ns, *read_one(data))
-    except (struct.error, IndexError) as error:
-        raise BagError(f"{path}: a message ends too early: {error}") from error
-    counters, complaints = _gather_messages(path, found)
-    samples = [one for one in gathered.values() if one.stamps]
+    builders = _read_columns(path, found, matches)
+    samples = [one for one in builders if one.stamps]
     if not samples:
-        raise BagError(f"{path}: the suite's topics are there, but not one message")
+        raise BagError(f"{path}: the topics of the suite have no message")
+    counters, diagnostics = _read_messages(path, found)
     start_ns = min(first_stamp(one.stamps) for one in samples)
     series = {one.topic.name: one.series(start_ns) for one in samples}
     return Run(
         path=path,
         start_ns=start_ns,
-        duration=_duration(series, ours),
+        duration=_duration(series, matches),
         topics=found,
-        joints=_joints(series, ours, counters),
-        complaints=complaints,
+        joints=_joints(series, matches, counters),
+        diagnostics=diagnostics,
         complete=is_complete(path),
     )
 
 
+def _read_columns(
+    path: Path, found: Mapping[str, Topic], matches: Mapping[str, re.Match[str]]
+) -> Sequence[ColumnBuilder]:
+    """Fields of every topic in `matches`; topics of one kind share the decoder of the one with the most messages."""
+    fullest = {matches[name]["leaf"]: name for name in sorted(matches, key=lambda name: found[name].messages)}
+    decoders = {leaf: _decoder(path, name, leaf) for leaf, name in fullest.items()}
+    builders = {name: ColumnBuilder(found[name], decoders[match["leaf"]].names) for name, match in matches.items()}
+    handlers = {name: (builders[name].add, decoders[match["leaf"]].read) for name, match in matches.items()}
+    try:
+        for name, receive_ns, data in read_raw(path, handlers):
+            add, read_one = handlers[name]
+            add(receive_ns, *read_one(data))
+    except (struct.error, IndexError) as error:
+        raise BagError(f"{path}: a message is truncated: {error}") from error
+    return list(builders.values())
+
+
 def _duration(series: dict[str, Series], matches: Mapping[str, Any]) -> float:
-    """When the last sensor sample came [s]; what estimators predict into the silence after it counts where none did."""
+    """Time of the last sensor sample [s]; of the last estimate in a bag without sensor samples."""
     sensors = [one for name, one in series.items() if matches[name]["leaf"] in ("force", "encoder")]
     return max(float(np.nanmax(one.time, initial=0.0)) for one in sensors or series.values())
 
 
 def _match(topic: Topic) -> re.Match[str] | None:
-    """How a topic's name says what it is, if its type agrees."""
+    """Namespace, transmission and kind of a topic by its name; None where the type differs."""
     match = _SIDE.fullmatch(topic.name) or _JOINT.fullmatch(topic.name)
     return match if match and _TYPES[match["leaf"]] == topic.type_name else None
 
 
 class _Decoder(NamedTuple):
-    """Stamp [ns] and the fields `names` of a topic's messages, straight from the bytes."""
+    """Reads stamp [ns] and the fields `names` from the bytes of a message."""
 
     names: Sequence[str]
     read: Callable[[bytes], tuple[int, tuple[Any, ...]]]
@@ -148,13 +156,13 @@ def _decoder(path: Path, topic: str, leaf: str) -> _Decoder:
     return _Decoder([name], read_one)
 
 
-def _gather_messages(
+def _read_messages(
     path: Path, found: dict[str, Topic]
-) -> tuple[dict[str, dict[str, dict[int, int]]], list[Complaint]]:
-    """Everything else: counters by namespace and transmission, and what /diagnostics said."""
+) -> tuple[dict[str, dict[str, dict[int, int]]], list[Diagnostic]]:
+    """Capture counters by namespace and transmission, and the diagnostics above OK."""
     others = [topic.name for topic in found.values() if topic.type_name in (COUNTERS, DIAGNOSTICS)]
     counters: dict[str, dict[str, dict[int, int]]] = {}
-    said: dict[tuple[str, int, str], tuple[int, str, int]] = {}
+    occurrences: dict[tuple[str, int, str], tuple[int, str, int]] = {}
     start_ns = 0
     for name, receive_ns, message in read(path, others):
         start_ns = start_ns or receive_ns
@@ -165,44 +173,47 @@ def _gather_messages(
         else:
             for status in message.status:
                 key = (status.name, int(status.level), _NUMBER.sub("#", status.message))
-                first, text, count = said.get(key, (receive_ns, status.message, 0))
-                said[key] = (first, text, count + 1)
-    complaints = [
-        Complaint(node, level, text, max(0.0, (first - start_ns) / NANOSECONDS), count)
-        for (node, level, _), (first, text, count) in sorted(said.items(), key=lambda one: one[1])
+                first, text, count = occurrences.get(key, (receive_ns, status.message, 0))
+                occurrences[key] = (first, text, count + 1)
+    diagnostics = [
+        Diagnostic(node, level, text, max(0.0, (first - start_ns) / NANOSECONDS), count)
+        for (node, level, _), (first, text, count) in sorted(occurrences.items(), key=lambda one: one[1])
         if level
     ]
-    return counters, complaints
+    return counters, diagnostics
 
 
 def _joints(series: dict[str, Series], matches: Mapping[str, Any], counters: Mapping[str, Any]) -> list[Joint]:
-    """Each namespace a joint."""
-    sides: dict[str, dict[str, dict[str, Series]]] = {}
-    whole: dict[str, dict[str, Series]] = {}
+    """One joint for each namespace."""
+    transmissions: dict[str, dict[str, dict[str, Series]]] = {}
+    of_joint: dict[str, dict[str, Series]] = {}
     for name, one in series.items():
         match = matches[name].groupdict()
         if "side" in match:
-            sides.setdefault(match["space"], {}).setdefault(match["side"], {})[match["leaf"]] = one
+            transmissions.setdefault(match["space"], {}).setdefault(match["side"], {})[match["leaf"]] = one
         else:
-            whole.setdefault(match["space"], {})[match["leaf"]] = one
+            of_joint.setdefault(match["space"], {})[match["leaf"]] = one
     return [
         Joint(
             space or "/",
-            [_side(name, parts, counters.get(space, {})) for name, parts in sorted(sides.get(space, {}).items())],
-            whole.get(space, {}).get("joint_impedance"),
-            whole.get(space, {}).get("joint_states"),
-            whole.get(space, {}).get("external_torque"),
+            [
+                _transmission(name, topics_of_side, counters.get(space, {}))
+                for name, topics_of_side in sorted(transmissions.get(space, {}).items())
+            ],
+            of_joint.get(space, {}).get("joint_impedance"),
+            of_joint.get(space, {}).get("joint_states"),
+            of_joint.get(space, {}).get("external_torque"),
         )
-        for space in sorted(sides.keys() | whole.keys())
+        for space in sorted(transmissions.keys() | of_joint.keys())
     ]
 
 
-def _side(name: str, parts: dict[str, Series], counters: dict[str, dict[int, int]]) -> Side:
-    return Side(
+def _transmission(name: str, topics_of_side: dict[str, Series], counters: dict[str, dict[int, int]]) -> Transmission:
+    return Transmission(
         name,
-        force=parts.get("force"),
-        encoder=parts.get("encoder"),
-        impedance=parts.get("impedance"),
-        state=parts.get("estimator_state"),
+        force=topics_of_side.get("force"),
+        encoder=topics_of_side.get("encoder"),
+        impedance=topics_of_side.get("impedance"),
+        state=topics_of_side.get("estimator_state"),
         counters=counters.get(name, {}),
     )

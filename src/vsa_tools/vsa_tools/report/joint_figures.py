@@ -1,14 +1,13 @@
-"""Figures of a report about the joint as a whole: its impedance, and how the run went."""
+"""Figures of the joint: its impedance, and the health of the run."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from vsa_common.figures import JOINT, MEASURED, SIDES, TRUTH, stack
+from vsa_common.figures import JOINT, MEASURED, SIDES, TRUTH
 from vsa_common.types import Status
 from vsa_tools.report.columns import Series
 from vsa_tools.report.data import Joint
-from vsa_tools.report.panels import Panel
+from vsa_tools.report.panels import Panel, Plot, stacked
 from vsa_tools.report.tables import delay
 
 _STATUS_COLORS = {
@@ -22,10 +21,10 @@ _STATUS_COLORS = {
 
 
 def figure_joint(joint: Joint, duration: float) -> Any:
-    """Stiffness, damping, inertia, tensions, and angle and torque where the rig measures them."""
+    """Stiffness, damping, inertia, tensions; angle and external torque if recorded."""
     series = joint.impedance
     assert series is not None
-    steps: list[Callable[[Any], None]] = [
+    plots: list[Plot] = [
         lambda axes: _banded(axes, series, "stiffness", "K [N m/rad]"),
         lambda axes: _banded(axes, series, "damping", "D [N m s/rad]"),
         lambda axes: _banded(axes, series, "inertia", "J [kg m²]"),
@@ -33,14 +32,11 @@ def figure_joint(joint: Joint, duration: float) -> Any:
     ]
     if joint.angle is not None:
         angle = joint.angle
-        steps.append(lambda axes: Panel(axes, "angle [rad]").line(angle.time, angle["position"], JOINT))
+        plots.append(lambda axes: Panel(axes, "angle [rad]").line(angle.time, angle["position"], JOINT))
     if joint.torque is not None:
         torque = joint.torque
-        steps.append(lambda axes: Panel(axes, "torque [N m]").line(torque.time, torque["torque"], JOINT))
-    figure, all_axes = stack(len(steps), height=1.5, duration=duration)
-    for axes, step in zip(all_axes, steps, strict=True):
-        step(axes)
-    return figure
+        plots.append(lambda axes: Panel(axes, "torque [N m]").line(torque.time, torque["torque"], JOINT))
+    return stacked(plots, duration)
 
 
 def _banded(axes: Any, series: Series, name: str, label: str) -> None:
@@ -62,24 +58,21 @@ def _tensions(axes: Any, series: Series) -> None:
 
 def figure_health(joint: Joint, duration: float) -> Any:
     """Status of every estimate, delay to the recorder, normalised innovation squared."""
-    estimates = [(side.name, side.impedance) for side in joint.sides if side.impedance]
+    estimates = [(side.name, side.impedance) for side in joint.transmissions if side.impedance]
     if joint.impedance is not None:
         estimates.append(("joint", joint.impedance))
     late = [(name, one) for name, one in estimates if len(delay(one))]
-    states = [(side.name, side.state) for side in joint.sides if side.state]
-    steps: list[Callable[[Any], None]] = []
+    states = [(side.name, side.state) for side in joint.transmissions if side.state]
+    plots: list[Plot] = []
     if estimates:
-        steps.append(lambda axes: _strips(axes, estimates))
+        plots.append(lambda axes: _strips(axes, estimates))
     if late:
-        steps.append(lambda axes: _delays(axes, late))
+        plots.append(lambda axes: _delays(axes, late))
     if states:
-        steps.append(lambda axes: _innovations(axes, states))
-    if not steps:
-        steps.append(lambda axes: _rates(axes, joint))
-    figure, all_axes = stack(len(steps), height=1.6, duration=duration)
-    for axes, step in zip(all_axes, steps, strict=True):
-        step(axes)
-    return figure
+        plots.append(lambda axes: _innovations(axes, states))
+    if not plots:
+        plots.append(lambda axes: _rates(axes, joint))
+    return stacked(plots, duration, height=1.6)
 
 
 def _strips(axes: Any, estimates: list[tuple[str, Series]]) -> None:
@@ -87,10 +80,10 @@ def _strips(axes: Any, estimates: list[tuple[str, Series]]) -> None:
     seen: set[Status] = set()
     for row, (_, series) in enumerate(reversed(estimates)):
         for status in Status:
-            here = series["status"] == status
-            if here.any():
+            samples = series["status"] == status
+            if samples.any():
                 label = "" if status in seen else status.name
-                Panel(axes, "").strip(series.time, here, row, _STATUS_COLORS[status], label)
+                Panel(axes, "").strip(series.time, samples, row, _STATUS_COLORS[status], label)
                 seen.add(status)
     axes.set_yticks(
         range(len(estimates)), [name.replace("transmission_", "trans. ") for name, _ in reversed(estimates)]
@@ -117,9 +110,9 @@ def _innovations(axes: Any, states: list[tuple[str, Series]]) -> None:
 
 
 def _rates(axes: Any, joint: Joint) -> None:
-    """Where only sensors were recorded: the time between their samples."""
+    """Sample steps, for a recording of sensors alone."""
     panel = Panel(axes, "sample step [ms]")
-    for side, color in zip(joint.sides, SIDES, strict=False):
+    for side, color in zip(joint.transmissions, SIDES, strict=False):
         series = side.force or side.encoder
         if series is not None and len(series) > 1:
             panel.line(series.time[1:], np.diff(series.stamp_ns) * 1e-6, color, side.name)

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from vsa_common.figures import inline_svg
-from vsa_tools.report.figures import Plate
+from vsa_tools.report.figures import FigurePage
 from vsa_tools.report.tables import Table
 
-WIDE = 40  # letters from which a cell of a table may take several lines
+WIDE = 40  # characters; a longer cell of a table wraps
 STYLE = """
 :root { --ink:#1c2733; --soft:#5b6b7a; --line:#e1e6eb; --ground:#f6f8fa; --card:#fff; --accent:#0072b2; --bad:#b3261e; }
 @media (prefers-color-scheme: dark) {
@@ -42,14 +42,14 @@ def page(
     lead: str,
     warnings: Sequence[str],
     tables: Sequence[Table],
-    figures: Sequence[Plate],
+    figures: Sequence[FigurePage],
     texts: Mapping[str, str],
 ) -> str:
-    """The whole page: nothing in it is fetched from elsewhere."""
+    """The HTML page; it has no external resources."""
     parts = [_table(table, f"table_{i}") for i, table in enumerate(tables)]
-    parts += [_figure(plate) for plate in figures]
+    parts += [_figure(one) for one in figures]
     parts += [_text(name, text) for name, text in texts.items()]
-    links = "".join(f'<a href="#{plate.name}">{escape(_short(plate.title))}</a>' for plate in figures)
+    links = "".join(f'<a href="#{one.name}">{escape(_short(one.title))}</a>' for one in figures)
     alarms = "".join(f'<p class="warn">{escape(warning)}</p>' for warning in warnings)
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -62,7 +62,7 @@ def page(
 
 
 def _short(title: str) -> str:
-    """The title for a link: what stands before its colon, and the number of the transmission."""
+    """Title of a link: the part before the colon, and the number of the transmission."""
     head, _, rest = title.partition(":")
     return f"{head}, {rest[-1]}" if rest[:-1].endswith("transmission_") else head
 
@@ -82,10 +82,10 @@ def _cell(text: str) -> str:
     return f"<td{wide}>{escape(text)}</td>"
 
 
-def _figure(plate: Plate) -> str:
+def _figure(one: FigurePage) -> str:
     return (
-        f'<section id="{plate.name}" aria-label="{escape(plate.title)}"><figure>{inline_svg(plate.figure, plate.name)}'
-        f"<figcaption>{escape(plate.caption)}</figcaption></figure></section>"
+        f'<section id="{one.name}" aria-label="{escape(one.title)}"><figure>{inline_svg(one.figure, one.name)}'
+        f"<figcaption>{escape(one.caption)}</figcaption></figure></section>"
     )
 
 

@@ -1,17 +1,21 @@
-"""What the figures of a report are drawn with: panels over time, and the force rate of section VI."""
+"""Elements of the report's figures: panels over time, and the force rate of section VI."""
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from vsa_common.figures import band, limits
+from vsa_common.figures import band, limits, stack
 from vsa_tools.report.columns import Floats
 from vsa_tools.report.downsampling import envelope, extremes
 
-RATE_FILTER = 0.19  # time constant that the two noise figures of section VI imply [s]
+RATE_FILTER_S = 0.19  # [s] time constant that the two noise figures of section VI imply
+
+
+Plot = Callable[[Any], None]  # draws one panel into its axes
 
 
 class Panel:
-    """One panel over time, drawn with few points."""
+    """One panel over time, downsampled."""
 
     def __init__(self, axes: Any, label: str) -> None:
         self._axes = axes
@@ -27,42 +31,58 @@ class Panel:
         band(self._axes, *envelope(time, low, high), color)
 
     def invalid(self, time: Floats, flag: Any) -> None:
-        """Grey ground wherever `flag` is set, be it for one sample."""
-        x, _, wrong = envelope(time, np.zeros(len(time)), np.asarray(flag, dtype=float))
-        if len(x) > 1 and np.nanmax(wrong, initial=0.0) > 0.0:
+        """Grey background where `flag` is set, also for one sample."""
+        x, _, flagged = envelope(time, np.zeros(len(time)), np.asarray(flag, dtype=float))
+        if len(x) > 1 and np.nanmax(flagged, initial=0.0) > 0.0:
             across = self._axes.get_xaxis_transform()
             self._axes.fill_between(
-                x, 0.0, 1.0, where=wrong > 0.5, step="post", transform=across, color="#ececec", linewidth=0.0, zorder=-2
+                x,
+                0.0,
+                1.0,
+                where=flagged > 0.5,
+                step="post",
+                transform=across,
+                color="#ececec",
+                linewidth=0.0,
+                zorder=-2,
             )
 
     def strip(self, time: Floats, flag: Any, row: int, color: str, label: str) -> None:
-        """A bar in row `row` wherever `flag` is set."""
-        x, _, here = envelope(time, np.zeros(len(time)), np.asarray(flag, dtype=float))
+        """A bar in row `row` where `flag` is set."""
+        x, _, flagged = envelope(time, np.zeros(len(time)), np.asarray(flag, dtype=float))
         self._axes.fill_between(
-            x, row - 0.35, row + 0.35, where=here > 0.5, step="post", color=color, linewidth=0.0, label=label or None
+            x, row - 0.35, row + 0.35, where=flagged > 0.5, step="post", color=color, linewidth=0.0, label=label or None
         )
 
     def fit(self, values: Any) -> None:
-        """Choose the y axis by these values, whatever else is drawn."""
+        """Scale the y axis to these values alone."""
         limits(self._axes, values)
 
     def legend(self) -> None:
-        """Name the lines."""
+        """Legend of the labelled lines."""
         if self._axes.get_legend_handles_labels()[1]:
             self._axes.legend(loc="upper right", ncols=3, frameon=True, framealpha=0.8, edgecolor="none", borderpad=0.2)
 
 
+def stacked(plots: Sequence[Plot], duration: float, height: float = 1.5) -> Any:
+    """A figure of `plots` above each other with a common time axis of `duration` [s]; `height` of each in inches."""
+    figure, all_axes = stack(len(plots), height=height, duration=duration)
+    for axes, plot in zip(all_axes, plots, strict=True):
+        plot(axes)
+    return figure
+
+
 def force_rate(time: Floats, force: Floats) -> Floats:
-    """Force rate by a first-order filter [N/s], as the paper forms it for Fig. 7."""
+    """Force rate [N/s] by a first-order filter, as in Fig. 7 of the paper; NaN where the time does not advance."""
     if len(time) < 3:
         return np.full(len(time), np.nan)
     rate = np.full(len(time), np.nan)
     smooth, before = float(force[0]), float(time[0])
     for k, (now, value) in enumerate(zip(time.tolist(), force.tolist(), strict=True)):
         if now > before and np.isfinite(value):
-            rate[k] = (value - smooth) / (RATE_FILTER + now - before)
+            rate[k] = (value - smooth) / (RATE_FILTER_S + now - before)
             smooth += rate[k] * (now - before)
             before = now
-        elif not now >= before:  # the stamps went back
+        elif not now >= before:  # the stamps restart
             smooth, before = value, now
     return rate

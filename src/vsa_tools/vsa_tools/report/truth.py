@@ -1,4 +1,4 @@
-"""What a simulated rig truly did, brought onto the time of the recording by the rolling counter."""
+"""Truth of the simulated rig on the time of the recording; the rolling counter assigns the samples."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 from vsa_common.io.tables import read_columns
 from vsa_common.stamps import NANOSECONDS
 from vsa_tools.report.columns import Floats
-from vsa_tools.report.data import Run, Side
+from vsa_tools.report.data import Run, Transmission
 
 QUANTITIES = ("deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
 
@@ -25,35 +25,35 @@ Truths = dict[tuple[str, str], Truth]  # by the names of joint and transmission
 
 
 def read_truth(path: Path, run: Run) -> Truths:
-    """Truth of each (joint, transmission) of `run` that the rig's CSV file knows. Raises TableError for a bad file."""
+    """Truth of each (joint, transmission) of `run` in the rig's CSV file. Raises TableError for an invalid file."""
     names = [f"{quantity}_{i}" for i in (1, 2) for quantity in QUANTITIES]
     table = read_columns(path, ["sample", *names])
     found: Truths = {}
     for joint in run.joints:
-        for side in joint.sides:
+        for side in joint.transmissions:
             number = side.name.rpartition("_")[2]
             if number in ("1", "2") and side.counters:
                 found[joint.name, side.name] = _truth(table, number, side, run.start_ns)
     return found
 
 
-def _truth(table: dict[str, Floats], number: str, side: Side, start_ns: int) -> Truth:
+def _truth(table: dict[str, Floats], number: str, side: Transmission, start_ns: int) -> Truth:
     by_counter = {counter: stamp for stamp, counter in side.counters.items()}
     stamps = np.array([by_counter.get(int(sample), 0) for sample in table["sample"]], dtype=np.int64)
-    known = stamps > 0
-    columns = {name: table[f"{name}_{number}"][known] for name in QUANTITIES}
-    everything = {name: table[f"{name}_{number}"] for name in QUANTITIES}
-    return Truth((stamps[known] - start_ns) / NANOSECONDS, columns, coefficients(everything))
+    recorded = stamps > 0
+    columns = {name: table[f"{name}_{number}"][recorded] for name in QUANTITIES}
+    all_samples = {name: table[f"{name}_{number}"] for name in QUANTITIES}
+    return Truth((stamps[recorded] - start_ns) / NANOSECONDS, columns, coefficients(all_samples))
 
 
 def coefficients(columns: dict[str, Floats]) -> dict[str, float]:
-    """k2, d1, d2 and inertia from what they cause: ln(sigma) rises by k2 x, eq. (3); D is d1 + 3 d2 v^2, eq. (5)."""
+    """k2, d1, d2 and inertia by regression: slope of ln(sigma) over x is k2, eq. (3); D = d1 + 3 d2 v^2, eq. (5)."""
     found: dict[str, float] = {"inertia": float(np.median(columns["inertia"]))}
     x = columns["deflection"]
     if np.ptp(x) > 0.0:
         found["k2"] = float(np.polyfit(x - x.mean(), np.log(columns["stiffness"]), 1)[0])
     square, damping = columns["velocity"] ** 2, columns["damping"]
-    passive = damping > 0.01 * damping.max()  # beyond its maximum the damper is held
+    passive = damping > 0.01 * damping.max()  # beyond its peak speed the damper law is clipped
     if np.ptp(square[passive]) > 0.0:
         slope, d1 = np.polyfit(square[passive], damping[passive], 1)
         found |= {"d1": float(d1), "d2": float(slope / 3.0)}

@@ -1,30 +1,36 @@
-"""Judgement of a run in which faults were rehearsed: what was said of each, when all was well again, and no lies."""
+"""Evaluation of injected faults: diagnosis, recovery time, and errors of a stiffness that is marked valid."""
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_simulator.faults.failure import Failure
-from vsa_tools.evaluation.summary import Floats, Integers
+from vsa_tools.evaluation.recorded_run import Diagnostic, Floats, Integers
 
-NAMED_S, VALID_S, LYING_S = 1.0, 15.0, 0.1  # what is asked of the suite
-OFF, DEVIATIONS = 0.01, 4.0  # a stiffness off by more than both, and marked valid, is a lie
-AFTER_S = 12.0  # of the last fault that are still judged
-AHEAD_S = 0.02  # what tells of a fault may be stamped so long before it: as the last samples that came through
-BROKEN_S = 0.03  # a pause in lying by so much ends a lie
+# Acceptance limits of each fault [s]: the requirements on the suite.
+MAX_DIAGNOSIS_S = 1.0  # from its begin to the first diagnostic that names it
+MAX_RECOVERY_S = 15.0  # from its end to the last sample that is not VALID; a renewed initialization fits into it
+MAX_UNDETECTED_S = 0.1  # of wrong stiffness marked valid, without interruption
 
-# The words by which the suite names a failure, in diagnostics or in an estimator's reason.
-NAMES = {
+# A stiffness marked valid is an undetected error where it exceeds both thresholds.
+ERROR_THRESHOLD = 0.01  # relative [1]: smaller errors are within the accuracy of healthy operation
+DEVIATION_THRESHOLD = 4.0  # in standard deviations [1]: 6e-5 of the samples of a consistent filter exceed it
+
+AFTER_LAST_S = 12.0  # [s] from the begin of the last fault to the end of the run: room for its recovery
+STAMP_LEAD_S = 0.02  # [s] the sample before a fault may carry its diagnosis: two sample periods at 100 Hz
+INTERVAL_GAP_S = 0.03  # [s] a pause of this length separates two undetected errors: three sample periods at 100 Hz
+
+# Pattern of the diagnostic, or of the estimator's reason, that names a failure.
+DIAGNOSES = {
     "stuck": r"{component}( sensor)? stuck",
     "spike": r"(force|deflection)_rejected",
-    "drift": r"contradict",
+    "drift": r"inconsistent",
     "noise": r"{component}( sensor)? noisy",
     "saturated": r"saturated|at its limit",
-    "wrap": r"encoder jumped",
-    "wrong": r"encoder jumped|contradict",
+    "wrap": r"encoder step",
+    "wrong": r"encoder step|inconsistent",
     "intermittent": r"lost",
     "delayed": r"delayed",
     "duplicate": r"duplicates",
@@ -35,26 +41,18 @@ NAMES = {
 }
 
 
-@dataclass(frozen=True)
-class Saying:
-    """One line of a diagnostic or of an estimator's reason; `stamp_ns` is its own."""
-
-    stamp_ns: int
-    text: str
-
-
 class Estimates(NamedTuple):
-    """Stiffness of one source with the truth, in order of time on the rig's clock."""
+    """Stiffness of one source and its error, in ascending order of time."""
 
-    time: Floats  # [s]
-    error: Floats  # relative
-    deviations: Floats  # error in standard deviations
-    valid: NDArray[np.bool_]  # marked so
-    well: NDArray[np.bool_]  # status VALID
+    time: Floats  # on the rig's clock [s]
+    error: Floats  # relative [1]
+    deviations: Floats  # error in standard deviations [1]
+    valid: NDArray[np.bool_]  # stiffness_valid
+    status_valid: NDArray[np.bool_]  # status VALID
 
 
-class Occasion(NamedTuple):
-    """One fault on the rig's clock [s]; `until` is when the next one begins."""
+class FaultInterval(NamedTuple):
+    """One fault on the rig's clock [s]; `until` is the begin of the next one."""
 
     failure: Failure
     begin: float
@@ -62,74 +60,74 @@ class Occasion(NamedTuple):
     until: float
 
 
-def occasions(events: Sequence[tuple[float, Failure]]) -> list[Occasion]:
-    """The faults of a scenario, each judged until the next."""
+def fault_intervals(events: Sequence[tuple[float, Failure]]) -> list[FaultInterval]:
+    """Intervals of the faults of a scenario; each extends to the begin of the next fault."""
     begins = [at for at, _ in events]
-    ends = [*begins[1:], begins[-1] + AFTER_S] if begins else []
+    ends = [*begins[1:], begins[-1] + AFTER_LAST_S] if begins else []
     return [
-        Occasion(failure, at, at + (0.0 if failure.kind == "spike" else failure.duration), until)
+        FaultInterval(failure, at, at + (0.0 if failure.kind == "spike" else failure.duration), until)
         for (at, failure), until in zip(events, ends, strict=True)
     ]
 
 
-def judged(
-    occasion: Occasion, begin_ns: int, sayings: Sequence[Saying], sources: Mapping[str, Estimates]
+def evaluate_fault(
+    interval: FaultInterval, begin_ns: int, diagnostics: Sequence[Diagnostic], sources: Mapping[str, Estimates]
 ) -> dict[str, Any]:
-    """Figures of one fault; `begin_ns` is its begin on the clock of the sayings."""
-    failure = occasion.failure
-    pattern = re.compile(NAMES[failure.kind].format(component=failure.component))
-    window_ns = int((occasion.until - occasion.begin) * 1e9)
-    named = [s for s in sayings if 0 <= s.stamp_ns - begin_ns < window_ns and pattern.search(s.text)]
-    wells = [well_again(source, occasion) for source in sources.values()]
-    lies = {name: lie(source, occasion) for name, source in sources.items()}
-    worst = max(lies, key=lambda name: lies[name][0])
+    """Figures of one fault; `begin_ns` is its begin on the clock of the diagnostics."""
+    failure = interval.failure
+    pattern = re.compile(DIAGNOSES[failure.kind].format(component=failure.component))
+    window_ns = int((interval.until - interval.begin) * 1e9)
+    matches = [d for d in diagnostics if 0 <= d.stamp_ns - begin_ns < window_ns and pattern.search(d.text)]
+    recoveries = [recovery_time(source, interval) for source in sources.values()]
+    errors = {name: undetected_error(source, interval) for name, source in sources.items()}
+    worst = max(errors, key=lambda name: errors[name][0])
     return {
-        "at_s": occasion.begin,
+        "at_s": interval.begin,
         "failure": str(failure),
-        "named_after_s": round((named[0].stamp_ns - begin_ns) * 1e-9, 3) if named else None,
-        "named_by": named[0].text if named else "",
-        "valid_again_after_s": None if None in wells else max(well for well in wells if well is not None),
-        "lying_for_s": lies[worst][0],
-        "lying": worst if lies[worst][0] else "",
-        "worst_error": lies[worst][1],
+        "diagnosed_after_s": round((matches[0].stamp_ns - begin_ns) * 1e-9, 3) if matches else None,
+        "diagnosed_by": matches[0].text if matches else "",
+        "valid_again_after_s": None if None in recoveries else max(time for time in recoveries if time is not None),
+        "undetected_error_s": errors[worst][0],
+        "undetected_error_source": worst if errors[worst][0] else "",
+        "worst_error": errors[worst][1],
     }
 
 
-def well_again(source: Estimates, occasion: Occasion) -> float | None:
-    """Time from the end of a fault until all is well for good [s]; None if it is not before the next one."""
-    here = (source.time >= occasion.begin) & (source.time < occasion.until - AHEAD_S)
-    ill = source.time[here & ~(source.well & source.valid)]
-    if not here.any() or (ill.size and ill[-1] >= source.time[here][-1]):
+def recovery_time(source: Estimates, interval: FaultInterval) -> float | None:
+    """Time from the end of a fault to the last sample that is not VALID [s]; None without recovery before the next."""
+    here = (source.time >= interval.begin) & (source.time < interval.until - STAMP_LEAD_S)
+    not_valid = source.time[here & ~(source.status_valid & source.valid)]
+    if not here.any() or (not_valid.size and not_valid[-1] >= source.time[here][-1]):
         return None
-    return round(max(0.0, float(ill[-1]) - occasion.end), 3) if ill.size else 0.0
+    return round(max(0.0, float(not_valid[-1]) - interval.end), 3) if not_valid.size else 0.0
 
 
-def lie(source: Estimates, occasion: Occasion) -> tuple[float, float]:
-    """Longest stretch of one fault in which a stiffness marked valid was wrong [s], and its greatest error."""
-    here = (source.time >= occasion.begin) & (source.time < occasion.until) & source.valid
-    lying = here & (np.abs(source.error) > OFF) & (np.abs(source.deviations) > DEVIATIONS)
-    if not lying.any():
+def undetected_error(source: Estimates, interval: FaultInterval) -> tuple[float, float]:
+    """Longest interval of wrong stiffness marked valid [s], and the relative error of greatest magnitude in it."""
+    here = (source.time >= interval.begin) & (source.time < interval.until) & source.valid
+    wrong = here & (np.abs(source.error) > ERROR_THRESHOLD) & (np.abs(source.deviations) > DEVIATION_THRESHOLD)
+    if not wrong.any():
         return 0.0, 0.0
-    time, error = source.time[lying], source.error[lying]
-    stretches = np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > BROKEN_S) + 1)
-    longest = max(stretches, key=lambda stretch: time[stretch[-1]] - time[stretch[0]])
+    time, error = source.time[wrong], source.error[wrong]
+    intervals = np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > INTERVAL_GAP_S) + 1)
+    longest = max(intervals, key=lambda one: time[one[-1]] - time[one[0]])
     length = float(time[longest[-1]] - time[longest[0]])
     return round(length, 3), round(float(error[longest][np.argmax(np.abs(error[longest]))]), 4)
 
 
-def verdict(figures: Sequence[Mapping[str, Any]]) -> dict[str, bool]:
-    """Whether what is asked was met by every fault."""
+def acceptance(figures: Sequence[Mapping[str, Any]]) -> dict[str, bool]:
+    """Whether every fault meets each limit."""
 
     def all_within(name: str, limit: float) -> bool:
         return all(one[name] is not None and one[name] <= limit for one in figures)
 
     return {
-        "named": all_within("named_after_s", NAMED_S),
-        "valid_again": all_within("valid_again_after_s", VALID_S),
-        "never_lying": all_within("lying_for_s", LYING_S),
+        "diagnosed": all_within("diagnosed_after_s", MAX_DIAGNOSIS_S),
+        "valid_again": all_within("valid_again_after_s", MAX_RECOVERY_S),
+        "no_undetected_error": all_within("undetected_error_s", MAX_UNDETECTED_S),
     }
 
 
 def rig_time(stamp_ns: Integers, frame_ns: Integers, sample: Integers, rate_hz: float) -> Floats:
-    """Time on the rig's clock [s] of stamps, by the samples whose stamps are known; in between, by proportion."""
+    """Time on the rig's clock [s] of `stamp_ns`, interpolated linearly between the stamps of known samples."""
     return np.interp(stamp_ns.astype(float), frame_ns.astype(float), sample / rate_hz)

@@ -1,4 +1,4 @@
-"""Schedule and judgement of the demo in which stiffness steps through its range: pure functions of time and truth."""
+"""Schedule and evaluation of the stiffness steps: pure functions of time and of the rig's truth."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,21 +9,25 @@ import numpy as np
 from vsa_common.types import Array
 from vsa_joint.impedance.reflection import Joint
 
-LEARNING = 24.0  # s of motion by the rig's profile, for the estimators
-STEPS = (1.0, 2.0, 4.0, 2.0, 1.0, 0.5, 4.0, 0.5, 1.0)  # N m/rad, the first is the way in
-STEP_TIME = 5.0  # s
-UNREACHABLE, REFUSAL_TIME = 12.0, 1.0  # N m/rad, s
-FELT = (0.5, 1.0, 4.0)  # N m/rad
-FELT_ANGLE = 0.1  # rad, that the push should turn the joint by
-FELT_SETTLE, PUSH_RAMP, PUSH_TIME, RAMP_STEPS = 4.0, 3.0, 14.0, 300  # s, s, s for each sign
-RELEASE = 3.0  # s
-LOOKED_AT = 1.5  # s at the end of each, that count as steady
-BAND = 0.05  # of the stiffness
+INITIALIZATION_S = 24.0  # [s] of motion by the rig's profile, until both estimators are VALID
+STEPS = (1.0, 2.0, 4.0, 2.0, 1.0, 0.5, 4.0, 0.5, 1.0)  # [N m/rad]: steps by factors 2 and 8; the first is the approach
+STEP_S = 5.0  # [s] for each step: several settling times
+UNREACHABLE = 12.0  # [N m/rad]: above the reachable range of the paper's rig
+REFUSAL_S = 1.0  # [s] for which UNREACHABLE is commanded
+PUSH_STIFFNESSES = (0.5, 1.0, 4.0)  # [N m/rad] at which the joint is pushed
+PUSH_ANGLE = 0.1  # [rad] expected deflection by the push: far above the encoder's noise
+PUSH_SETTLE_S = 4.0  # [s] from the command to the push, for the stiffness to settle
+PUSH_RAMP_S = 3.0  # [s] of the ramp of the torque: quasi-static
+PUSH_S = 14.0  # [s] for each direction
+RAMP_STEPS = 300  # [1]: torque increments below 1 % of the push
+RELEASE_S = 3.0  # [s] of the ramp back to zero torque
+STEADY_S = 1.5  # [s] at the end of each interval that count as steady state
+SETTLING_BAND = 0.05  # of the commanded stiffness [1], the usual 5 % band
 
 
 @dataclass(frozen=True)
 class Command:
-    """A stiffness [N m/rad] commanded from `time` [s] on, and until when it is judged."""
+    """A stiffness [N m/rad] commanded at `time` [s] and evaluated until `end` [s]."""
 
     time: float
     end: float
@@ -40,7 +44,7 @@ class Push:
 
 @dataclass(frozen=True)
 class Step:
-    """What a step of the commanded stiffness did."""
+    """Response to one step of the commanded stiffness [N m/rad]; steady_error is relative [1]."""
 
     start: float
     to: float
@@ -50,67 +54,69 @@ class Step:
     steady_error: float
 
     def row(self) -> dict[str, float]:
-        """For control.json."""
+        """The entry of control.json."""
         values = asdict(self)
         return {"from": values.pop("start"), **values}
 
 
 def step_commands() -> list[Command]:
-    """Stiffness up and down by two and by eight."""
+    """The steps, in order of time; the first is the approach."""
     return [
-        Command(LEARNING + i * STEP_TIME, LEARNING + (i + 1) * STEP_TIME, stiffness)
+        Command(INITIALIZATION_S + i * STEP_S, INITIALIZATION_S + (i + 1) * STEP_S, stiffness)
         for i, stiffness in enumerate(STEPS)
     ]
 
 
 def refusal_time() -> float:
-    """When what cannot be reached is commanded [s]."""
+    """Time at which UNREACHABLE is commanded [s]."""
     return step_commands()[-1].end
 
 
-def felt_commands() -> list[Command]:
-    """Stiffness while the joint is pushed one way and the other."""
-    each, start = FELT_SETTLE + 2.0 * PUSH_TIME + RELEASE, refusal_time() + REFUSAL_TIME
-    return [Command(start + i * each, start + (i + 1) * each, stiffness) for i, stiffness in enumerate(FELT)]
+def push_commands() -> list[Command]:
+    """Commands during which an external torque pushes the joint in both directions."""
+    each, start = PUSH_SETTLE_S + 2.0 * PUSH_S + RELEASE_S, refusal_time() + REFUSAL_S
+    return [
+        Command(start + i * each, start + (i + 1) * each, stiffness) for i, stiffness in enumerate(PUSH_STIFFNESSES)
+    ]
 
 
 def duration() -> float:
-    """Of the whole [s]."""
-    return felt_commands()[-1].end + 1.0
+    """Duration of the scenario [s]."""
+    return push_commands()[-1].end + 1.0
 
 
 def pushes() -> list[Push]:
-    """Torque to one side, to the other, and back to nothing, in steps too small to feel."""
+    """External torque of all pushes: cosine ramps to one side, to the other, and back to zero."""
     out = []
-    for command in felt_commands():
-        begin, now = command.time + FELT_SETTLE, 0.0
+    for command in push_commands():
+        begin, now = command.time + PUSH_SETTLE_S, 0.0
         for sign in (1.0, -1.0):
-            wanted = sign * FELT_ANGLE * command.stiffness
+            target = sign * PUSH_ANGLE * command.stiffness
             for k in range(1, RAMP_STEPS + 1):
-                part = k / RAMP_STEPS
-                eased = 0.5 - 0.5 * math.cos(math.pi * part)
-                out.append(Push(begin + PUSH_RAMP * part, now + eased * (wanted - now)))
-            begin, now = begin + PUSH_TIME, wanted
+                fraction = k / RAMP_STEPS
+                eased = 0.5 - 0.5 * math.cos(math.pi * fraction)
+                out.append(Push(begin + PUSH_RAMP_S * fraction, now + eased * (target - now)))
+            begin, now = begin + PUSH_S, target
         out += [
-            Push(begin + RELEASE * k / RAMP_STEPS, now * (0.5 + 0.5 * math.cos(math.pi * k / RAMP_STEPS)))
+            Push(begin + RELEASE_S * k / RAMP_STEPS, now * (0.5 + 0.5 * math.cos(math.pi * k / RAMP_STEPS)))
             for k in range(1, RAMP_STEPS + 1)
         ]
     return out
 
 
 def commanded(time: float) -> float | None:
-    """Stiffness to command at an instant [N m/rad]; None while the estimators learn."""
-    wanted = None
-    for command in (*step_commands(), *felt_commands()):
+    """Stiffness to command at `time` [s] in N m/rad; None during the initialization of the estimators."""
+    target = None
+    for command in (*step_commands(), *push_commands()):
         if time >= command.time:
-            wanted = command.stiffness
-    if refusal_time() <= time < refusal_time() + REFUSAL_TIME:
+            target = command.stiffness
+    if refusal_time() <= time < refusal_time() + REFUSAL_S:
         return UNREACHABLE
-    return wanted
+    return target
 
 
 def true_stiffness(truth: Mapping[str, Array], joint: Joint) -> Array:
-    """Stiffness of the joint in each row of the rig's truth, (11) [N m/rad]."""
+    """Stiffness of the joint in each row of the rig's truth [N m/rad], eq. (11)."""
     total = np.zeros_like(truth["angle"])
     for number, route in zip((1, 2), joint.routes, strict=True):
         sigma = truth[f"stiffness_{number}"]
@@ -118,14 +124,14 @@ def true_stiffness(truth: Mapping[str, Array], joint: Joint) -> Array:
     return total
 
 
-def judge_steps(time: Array, stiffness: Array, angle: Array, begins: Sequence[float]) -> list[Step]:
-    """Each step after the way in; `begins` are the instants at which the commands really went out [s]."""
+def evaluate_steps(time: Array, stiffness: Array, angle: Array, begins: Sequence[float]) -> list[Step]:
+    """Response to each step after the approach; `begins` are the actual times of the commands [s]."""
     out = []
     commands = step_commands()
     for before, command, begin in zip(commands[:-1], commands[1:], begins[1:], strict=True):
         chosen = (time >= begin) & (time < command.end)
-        late = (time >= command.end - LOOKED_AT) & (time < command.end)
-        outside = time[chosen][np.abs(stiffness[chosen] / command.stiffness - 1.0) > BAND]
+        late = (time >= command.end - STEADY_S) & (time < command.end)
+        outside = time[chosen][np.abs(stiffness[chosen] / command.stiffness - 1.0) > SETTLING_BAND]
         out.append(
             Step(
                 before.stiffness,
@@ -139,12 +145,12 @@ def judge_steps(time: Array, stiffness: Array, angle: Array, begins: Sequence[fl
     return out
 
 
-def judge_felt(time: Array, angle: Array, torque: Array) -> list[dict[str, float]]:
-    """Torque over angle between both pushes, for each commanded stiffness."""
+def evaluate_pushes(time: Array, angle: Array, torque: Array) -> list[dict[str, float]]:
+    """Rendered stiffness, torque over angle between both pushes [N m/rad], for each commanded stiffness."""
     out = []
-    for command in felt_commands():
-        ends = [command.time + FELT_SETTLE + PUSH_TIME * n for n in (1, 2)]
-        windows = [(time >= end - LOOKED_AT) & (time < end - 0.05) for end in ends]
+    for command in push_commands():
+        ends = [command.time + PUSH_SETTLE_S + PUSH_S * n for n in (1, 2)]
+        windows = [(time >= end - STEADY_S) & (time < end - 0.05) for end in ends]
         turned = angle[windows[0]].mean() - angle[windows[1]].mean()
         pushed = torque[windows[0]].mean() - torque[windows[1]].mean()
         out.append({"commanded": command.stiffness, "rendered": float(pushed / turned)})
@@ -154,14 +160,14 @@ def judge_felt(time: Array, angle: Array, torque: Array) -> list[dict[str, float
 def figures(
     truth: Mapping[str, Array], joint: Joint, begins: Sequence[float], refused: Sequence[Any]
 ) -> dict[str, Any]:
-    """The content of control.json."""
+    """Content of control.json; `refused` are the refused commands."""
     time = truth["time"]
     stiffness = true_stiffness(truth, joint)
-    controlled = (time >= begins[1]) & (time < felt_commands()[-1].end)
+    controlled = (time >= begins[1]) & (time < push_commands()[-1].end)
     forces = np.stack([truth["force_1"], truth["force_2"]])[:, controlled]
     return {
-        "steps": [step.row() for step in judge_steps(time, stiffness, truth["angle"], begins)],
-        "felt": judge_felt(time, truth["angle"], truth["external_torque"]),
+        "steps": [step.row() for step in evaluate_steps(time, stiffness, truth["angle"], begins)],
+        "push_tests": evaluate_pushes(time, truth["angle"], truth["external_torque"]),
         "refused": list(refused),
         "tension_min_n": float(0.5 * forces.min()),
         "tension_max_n": float(0.5 * forces.max()),
