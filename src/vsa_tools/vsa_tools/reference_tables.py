@@ -1,6 +1,6 @@
-"""The generated blocks of docs/interfaces.md: message fields and parameters, read from where they are defined.
+"""Generates the blocks of docs/interfaces.md: message fields and parameters, from their definitions.
 
-`python -m vsa_tools.reference_tables docs/interfaces.md` writes them anew between their markers.
+`python -m vsa_tools.reference_tables docs/interfaces.md` renews them between their markers.
 """
 
 import importlib

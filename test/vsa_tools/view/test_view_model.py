@@ -1,20 +1,15 @@
-"""View model of the live page: bins, state, events and reasons against literal values; and its server."""
+"""View model of the live page: bins, state, events and reasons against literal values."""
 
-import asyncio
 import json
 import math
-from types import SimpleNamespace
 
 import pytest
-from aiohttp import WSMsgType, WSServerHandshakeError
-from aiohttp.test_utils import TestClient, TestServer
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import serialize_message
+from view_messages import JOINT, SIDE, STATE, S, counters, diagnostic, filled_model, impedance
 from vsa_common.stamps import set_stamp
-from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
+from vsa_msgs.msg import EstimatorState
 from vsa_tools.view.events import CounterWatch, Events, StatusTracker
 from vsa_tools.view.no_data import no_data_reasons
-from vsa_tools.view.server import Server
 from vsa_tools.view.time_series import (
     BIN_NS,
     HOLD_BINS,
@@ -28,15 +23,6 @@ from vsa_tools.view.time_series import (
     status_label,
 )
 from vsa_tools.view.view_model import ViewModel
-
-SIDE, STATE, JOINT = (k.get_fields_and_field_types() for k in (TransmissionImpedance, EstimatorState, JointImpedance))
-
-
-def impedance(stamp_ns=10**9, frame="transmission_1", **values):
-    message = TransmissionImpedance(**values)
-    message.header.frame_id = frame
-    set_stamp(message.header.stamp, stamp_ns)
-    return serialize_message(message)
 
 
 def test_a_spike_of_one_sample_in_a_thousand_remains_visible():
@@ -125,40 +111,6 @@ def test_delays_are_summarised_unless_the_clocks_differ():
 
 def test_a_quantity_comes_with_its_standard_deviation():
     assert quantity(2.0, 0.25, True) == {"value": 2.0, "std": 0.5, "valid": True}
-
-
-S = 10**9  # [ns]
-
-
-def diagnostic(level, text, name="/vsa/driver"):
-    return DiagnosticArray(status=[DiagnosticStatus(level=bytes([level]), name=name, message=text)])
-
-
-def counters(stamp_ns, *numbers):
-    message = CaptureCounters(counter=numbers)
-    set_stamp(message.header.stamp, stamp_ns)
-    return serialize_message(message)
-
-
-def filled_model():
-    model = ViewModel(SIDE, STATE, JOINT)
-    side = model.transmissions["transmission_1"]
-    for k in range(100):
-        data = impedance(
-            k * 10**7,
-            force=3.0 + 0.5 * k * 0.01,
-            stiffness=2000.0,
-            stiffness_variance=400.0,
-            stiffness_valid=True,
-            status=2,
-        )
-        side.add_impedance(data, 10.0)
-    state = EstimatorState(k2=267.2, k2_variance=4.0, k2_valid=True, reset_count=1, reset_reason=4, samples_fused=100)
-    state.observability = ["inertia: move faster"]
-    side.add_state(serialize_message(state))
-    side.add_counters(counters(S, 1, 2, 5))
-    model.add_diagnostics(diagnostic(2, "bus off"), S, "/vsa/")
-    return model
 
 
 def event_lines(events):
@@ -268,48 +220,3 @@ def test_the_force_rate_of_a_ramp_converges_to_its_slope():
         model.transmissions["transmission_1"].add_impedance(impedance(k * 10**6, force=8.0 * k * 1e-3), 0.0)
     frame, channels = model.series.frame(0), model.series.channels
     assert frame["low"][channels.index("transmission_1/force_rate")][-1] == pytest.approx(8.0, rel=1e-3)
-
-
-def served(model):
-    def source(namespace):
-        if namespace != "/vsa":
-            raise LookupError(f"no joint {namespace}")
-        return SimpleNamespace(model=model, to_json=lambda: model.to_json(10.1))
-
-    return Server(SimpleNamespace(namespace="/vsa", joints=lambda: ["/vsa"], source=source))
-
-
-async def connect(server, path="/ws", headers=None, messages=2):
-    async with TestClient(TestServer(server.application)) as client:
-        page = await client.get("/")
-        async with client.ws_connect(path, headers=headers or {}) as socket:
-            received = [await socket.receive() for _ in range(messages)]
-        missing = await client.get("/view.py")
-        return (
-            await page.text(),
-            [json.loads(one.data) for one in received if one.type is WSMsgType.TEXT],
-            missing.status,
-        )
-
-
-def test_a_new_page_receives_the_channels_and_then_all_stored_bins():
-    model = filled_model()
-    page, (header, frame), missing = asyncio.run(connect(served(model)))
-    assert "view.js" in page
-    assert header["namespace"] == "/vsa"
-    assert header["channels"] == model.series.channels
-    assert len(frame["low"]) == len(header["channels"])
-    assert frame["end"] - frame["begin"] == len(frame["low"][0])
-    assert frame["state"]["transmission_1"]["status"] == "VALID"
-    assert frame["state"]["joints"] == ["/vsa"]
-    assert missing == 404
-
-
-def test_a_page_of_another_origin_is_refused():
-    with pytest.raises(WSServerHandshakeError, match="403"):
-        asyncio.run(connect(served(filled_model()), headers={"Origin": "http://elsewhere.example"}))
-
-
-def test_an_unknown_joint_is_refused():
-    with pytest.raises(WSServerHandshakeError, match="404"):
-        asyncio.run(connect(served(filled_model()), path="/ws?joint=/left"))
