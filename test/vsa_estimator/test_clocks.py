@@ -42,8 +42,8 @@ extern "C" int clock_gettime(clockid_t id, struct timespec *now) noexcept {
 """
 
 
-class Lab:
-    """One estimator, a source of samples, and ears."""
+class Harness:
+    """One estimator, a source of samples, and a subscriber."""
 
     def __init__(self, *arguments, **environment):
         everything = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
@@ -57,19 +57,19 @@ class Lab:
         self.force = self.node.create_publisher(WrenchStamped, "transmission_1/force", RELIABLE)
         self.encoder = self.node.create_publisher(JointState, "transmission_1/encoder", RELIABLE)
         self.clock = self.node.create_publisher(Clock, "/clock", 10)
-        self.heard = []
+        self.received = []
         self.node.create_subscription(
             TransmissionImpedance,
             "transmission_1/impedance",
-            self.hear,
+            self.receive,
             RELIABLE,
         )
         self.until(lambda: self.node.count_subscribers("/vsa/transmission_1/encoder") > 0)
         self.until(lambda: self.node.count_publishers("/vsa/transmission_1/impedance") > 0)
         self.spin(0.3)
 
-    def hear(self, message):
-        self.heard.append((time.monotonic(), message))
+    def receive(self, message):
+        self.received.append((time.monotonic(), message))
 
     def spin(self, seconds):
         end = time.monotonic() + seconds
@@ -82,17 +82,17 @@ class Lab:
             assert time.monotonic() < end, "timeout"
             self.executor.spin_once(timeout_sec=0.01)
 
-    def feed(self, stamp_ns, samples, tell_time=False):
+    def feed(self, stamp_ns, samples, publish_clock=False):
         """Samples at 100 Hz from `stamp_ns` on; the stamp after the last."""
         for k in range(samples):
             wrench, joint = WrenchStamped(), JointState(name=["transmission_1"], position=[0.01 + 1e-5 * (k % 3)])
             wrench.wrench.force.x = 27.0 + 0.001 * k
             for message in (wrench, joint):
                 set_stamp(message.header.stamp, stamp_ns)
-            if tell_time:
-                told = Clock()
-                set_stamp(told.clock, stamp_ns)
-                self.clock.publish(told)
+            if publish_clock:
+                time_message = Clock()
+                set_stamp(time_message.clock, stamp_ns)
+                self.clock.publish(time_message)
                 self.spin(0.002)
             self.force.publish(wrench)
             self.encoder.publish(joint)
@@ -111,7 +111,7 @@ class Lab:
 
 @pytest.fixture
 def simulated():
-    lab = Lab("-p", "use_sim_time:=true")
+    lab = Harness("-p", "use_sim_time:=true")
     yield lab
     lab.close()
 
@@ -122,42 +122,42 @@ def stepped(tmp_path):
     source.write_text(SHIM)
     subprocess.run(["g++", "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
     offset.write_text("0")
-    lab = Lab(LD_PRELOAD=str(library), VSA_WALL_CLOCK=str(offset))
+    lab = Harness(LD_PRELOAD=str(library), VSA_WALL_CLOCK=str(offset))
     yield lab, offset
     lab.close()
 
 
-def test_without_a_clock_there_is_no_output_and_a_clock_that_stands_lets_nothing_grow_old(simulated):
+def test_without_a_clock_there_is_no_output_and_a_stopped_clock_makes_nothing_stale(simulated):
     lab = simulated
     lab.feed(100 * 10**9, 10)
-    assert lab.heard == []
-    stamp_ns = lab.feed(100 * 10**9, 30, tell_time=True)
-    lab.until(lambda: lab.heard and nanoseconds(lab.heard[-1][1].header.stamp) == stamp_ns - 10_000_000)
-    count = len(lab.heard)
+    assert lab.received == []
+    stamp_ns = lab.feed(100 * 10**9, 30, publish_clock=True)
+    lab.until(lambda: lab.received and nanoseconds(lab.received[-1][1].header.stamp) == stamp_ns - 10_000_000)
+    count = len(lab.received)
     lab.spin(0.5)
-    assert len(lab.heard) == count
-    lab.feed(stamp_ns, 20, tell_time=True)
-    assert len(lab.heard) >= count + 15
-    assert all(message.status != TransmissionImpedance.STALE for _, message in lab.heard)
+    assert len(lab.received) == count
+    lab.feed(stamp_ns, 20, publish_clock=True)
+    assert len(lab.received) >= count + 15
+    assert all(message.status != TransmissionImpedance.STALE for _, message in lab.received)
 
 
-def test_a_wall_clock_that_is_set_back_an_hour_leaves_the_watchdogs_alone(stepped):
+def test_a_wall_clock_set_back_an_hour_does_not_affect_the_watchdogs(stepped):
     lab, offset = stepped
     lab.feed(time.time_ns(), 50)
-    lab.until(lambda: lab.heard)
-    resets = lab.heard[-1][1].reset_count
+    lab.until(lambda: lab.received)
+    resets = lab.received[-1][1].reset_count
     offset.write_text("-3600")
-    lab.heard.clear()
+    lab.received.clear()
     lab.feed(time.time_ns() - HOUR, 50)
     silent = time.monotonic()
-    lab.until(lambda: lab.heard[-1][1].status == TransmissionImpedance.STALE)
-    lab.until(lambda: not lab.heard[-1][1].deflection_valid)
-    assert lab.heard[-1][0] - silent < 0.1 + 0.2  # and what a busy machine adds
-    assert (lab.heard[-1][1].reset_count, lab.heard[-1][1].reset_reason) == (
+    lab.until(lambda: lab.received[-1][1].status == TransmissionImpedance.STALE)
+    lab.until(lambda: not lab.received[-1][1].deflection_valid)
+    assert lab.received[-1][0] - silent < 0.1 + 0.2  # 0.2 s for a busy machine
+    assert (lab.received[-1][1].reset_count, lab.received[-1][1].reset_reason) == (
         resets + 1,
         TransmissionImpedance.RESET_TIME_JUMP,
     )
     offset.write_text("0")
-    lab.heard.clear()
+    lab.received.clear()
     lab.feed(time.time_ns(), 20)
-    assert lab.heard[-1][1].status != TransmissionImpedance.STALE
+    assert lab.received[-1][1].status != TransmissionImpedance.STALE

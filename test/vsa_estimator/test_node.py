@@ -1,4 +1,4 @@
-"""The estimator as a process of its own, fed as any sensor driver would."""
+"""The estimator as a process of its own, with samples as from any sensor driver."""
 
 import os
 import signal
@@ -36,8 +36,8 @@ def start(*parameters):
     return subprocess.Popen([*command, *arguments], env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
 
 
-class Lab:
-    """Feeds one estimator and hears what it says."""
+class Harness:
+    """Publishes samples to one estimator and receives its messages."""
 
     def __init__(self):
         self.context = rclpy.Context()
@@ -48,13 +48,13 @@ class Lab:
         self.force = self.node.create_publisher(WrenchStamped, "transmission_1/force", RELIABLE)
         self.encoder = self.node.create_publisher(JointState, "transmission_1/encoder", RELIABLE)
         self.impedances, self.states = [], []
-        self.listen(TransmissionImpedance, "transmission_1/impedance", self.impedances)
-        self.listen(EstimatorState, "transmission_1/estimator_state", self.states)
+        self.receive(TransmissionImpedance, "transmission_1/impedance", self.impedances)
+        self.receive(EstimatorState, "transmission_1/estimator_state", self.states)
         self.start_ns = time.time_ns()
         self.noise = np.random.default_rng(1)
 
-    def listen(self, kind, topic, heard):
-        self.node.create_subscription(kind, topic, heard.append, RELIABLE)
+    def receive(self, kind, topic, received):
+        self.node.create_subscription(kind, topic, received.append, RELIABLE)
 
     def until(self, true, timeout=60.0):
         end = time.monotonic() + timeout
@@ -75,8 +75,8 @@ class Lab:
         self.encoder.publish(joint)
 
     def move(self, samples):
-        """A rod that moves on the paper's first transmission, slower than v*; returns the last stiffness."""
-        heard = len(self.impedances)
+        """Publish a motion of the paper's first transmission below v*; returns the last stiffness."""
+        received = len(self.impedances)
         for _ in range(samples):
             self.stamp_ns = time.time_ns()
             t = (self.stamp_ns - self.start_ns) * 1e-9
@@ -87,8 +87,8 @@ class Lab:
             force = 16.39 + elastic + 4000.0 * v - 1.089e8 * v**3 + 0.3 * np.tanh(v / 5e-5)
             force_noise, deflection_noise = self.noise.standard_normal(2)
             self.feed(self.stamp_ns, force + 0.017 * force_noise, x + 1e-5 * deflection_noise)
-            self.until(lambda count=heard: len(self.impedances) > count)
-            heard = len(self.impedances)
+            self.until(lambda count=received: len(self.impedances) > count)
+            received = len(self.impedances)
             end = self.stamp_ns + PERIOD_NS
             while time.time_ns() < end:
                 self.executor.spin_once(timeout_sec=max(0.0, (end - time.time_ns()) * 1e-9))
@@ -107,7 +107,7 @@ def flights(tmp_path_factory):
 @pytest.fixture(scope="module")
 def lab(flights):
     process = start(f"flight_recorder.folder:={flights}", "flight_recorder.after:=1.0")
-    lab = Lab()
+    lab = Harness()
     try:
         lab.until(lambda: lab.node.count_subscribers("/vsa/transmission_1/encoder") > 0)
         lab.until(lambda: lab.node.count_publishers("/vsa/transmission_1/impedance") > 0)
@@ -135,7 +135,7 @@ def test_the_state_follows_at_its_own_rate(lab):
     assert lab.states[-1].k2 == pytest.approx(267.2, rel=0.1)
 
 
-def test_a_number_that_is_none_is_dropped_and_counted(lab):
+def test_a_non_finite_number_is_dropped_and_counted(lab):
     lab.move(5)
     before, dropped = len(lab.impedances), lab.states[-1].samples_dropped
     lab.feed(time.time_ns(), float("nan"), 0.01)
@@ -175,8 +175,8 @@ def test_reset_is_counted_with_its_reason(lab):
     assert not last.stiffness_valid
 
 
-def test_what_led_to_a_reset_is_written_down_for_replay(lab, flights):
-    lab.move(150)  # what an earlier test recorded ends
+def test_the_samples_around_a_reset_are_recorded_for_replay(lab, flights):
+    lab.move(150)  # the recording of an earlier test ends
     before = set(flights.glob("*.csv"))
     reset_at = lab.stamp_ns
     assert lab.call(Trigger, "estimator/reset", Trigger.Request()).success
@@ -233,6 +233,6 @@ def test_an_illegal_lifecycle_call_is_refused_and_the_node_lives(lab):
 
 def test_a_bad_start_value_ends_in_one_line_and_an_exit_code():
     process = start("force_noise_std:=-1.0")
-    _, said = process.communicate(timeout=60)
+    _, output = process.communicate(timeout=60)
     assert process.returncode != 0
-    assert said.strip() == "estimator: force_noise_std = -1.0 N: must be within 1e-06 to 100.0 N"
+    assert output.strip() == "estimator: force_noise_std = -1.0 N: must be within 1e-06 to 100.0 N"

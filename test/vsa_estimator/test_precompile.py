@@ -1,4 +1,4 @@
-"""What is compiled is compiled before the first sample: in a process of its own, where nothing is yet."""
+"""Everything is compiled before the first sample: in a process of its own, where nothing is compiled yet."""
 
 import subprocess
 import sys
@@ -26,7 +26,7 @@ samples = zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.d
 for count, (stamp_ns, force, deflection) in enumerate(samples):
     estimator.add(stamp_ns, force + (2.0 if count > 15000 else 0.0), deflection - (3e-3 if count > 10000 else 0.0))
     if count % 500 == 0:
-        estimator.coast(stamp_ns + 10**7)
+        estimator.predict_to(stamp_ns + 10**7)
         estimator.state()
 assert len(before) > 20
 print(*(name for name, kinds in compiled().items() if kinds != before[name]), estimator.state().reset_count)
@@ -34,7 +34,7 @@ print(*(name for name, kinds in compiled().items() if kinds != before[name]), es
 
 
 @pytest.mark.skipif(not ACCELERATED, reason="nothing is compiled without numba")
-def test_no_sample_waits_for_the_compiler_not_even_when_a_sensor_lies():
+def test_no_sample_waits_for_the_compiler_even_when_a_sensor_fails():
     command = [sys.executable, "-c", LIVE]
     here = Path(__file__).parent
     run = subprocess.run(command, cwd=here, capture_output=True, text=True, timeout=200, check=False)

@@ -1,4 +1,4 @@
-"""Any sample rate will do, also those of which no whole number of samples makes a step of the filter."""
+"""Sample rates of which no whole number of samples makes a filter step."""
 
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, record, run, wrong_start
@@ -6,7 +6,7 @@ from vsa_estimator.estimator import Estimator
 
 
 @pytest.mark.parametrize("rate", [60, 130, 250, 330])
-def test_stiffness_is_learnt_at_a_rate_that_does_not_divide_evenly(rate):
+def test_stiffness_converges_at_a_rate_that_does_not_divide_evenly(rate):
     recording = record(TRANSMISSION_1, MULTISINE, 15.0, rate=rate)
     last = run(Estimator(wrong_start(TRANSMISSION_1)), recording)[-1]
     assert last.stiffness_valid

@@ -1,268 +1,290 @@
-"""Steps of one transmission's filter, and all that has to happen between them.
+"""Filter steps of one transmission and what has to happen between them.
 
-Where the rod is when the encoder tells another story, whether a motion has broken off, when to learn and to forget.
+Reset of the position after gaps and encoder steps, suspension of updates, initialization and its cross-checks.
 """
 
 import math
 
 import numpy as np
 from vsa_common.types import ResetReason
-from vsa_estimator.fault_detection.consistency import CONTRADICTION, SILENCE, Trust
-from vsa_estimator.fault_detection.encoder_step import Jump
-from vsa_estimator.fault_detection.latch import Health
+from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
+from vsa_estimator.fault_detection.latch import FaultLatch
+from vsa_estimator.fault_detection.position import PositionMonitor, PositionUpdate, is_pause
 from vsa_estimator.filter.ekf import REST_SPEED
 from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.process_noise import LEAST, LEAST_HEAVY, JerkDensity
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.initialization.scheduler import Learner
-from vsa_estimator.output.predictor import BRIDGED
-from vsa_estimator.output.validity import inertia_known
-from vsa_estimator.preprocessing.decimator import Block
-from vsa_estimator.preprocessing.pipeline import UNDAMPED, Samples
+from vsa_estimator.initialization.cross_check import CrossCheckSchedule
+from vsa_estimator.initialization.regression import Fit
+from vsa_estimator.initialization.scheduler import Initializer
+from vsa_estimator.modes import Event, Mode, ModeMachine
+from vsa_estimator.output.predictor import MAX_PREDICTION_TIME
+from vsa_estimator.output.validity import inertia_observable
+from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.preprocessing.pipeline import BEYOND_PEAK_SPEED, Pipeline
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.supervisor import (
+    COUNTED_GAP,
+    INERTIA_NEGLIGIBLE,
+    MANOEUVRE_RATIO,
+    MIN_D1_STD,
+    MIN_D2_STD,
+    MIN_K2_RELATIVE_STD,
+    MIN_LN_STIFFNESS_STD,
+    MOTION_HOLD_TIME,
+    NOISE_MEMORY,
+    REFRESH_PERIOD,
+)
 
-REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
-NOISE_MEMORY = 9.0  # [s]
-COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
-PAUSE = 2.5  # periods of filter or samples after which a deflection may be in another place than expected ...
-UNSURE_NS = 100_000_000  # ... and for so long after samples in a hurry, or an encoder that was not believed [ns]
-STOP = 1.0  # data is kept for learning until this long after motion ends [s]
-MOVED = "looking whether the rod moved or the encoder jumped"
-RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
-ANOTHER = 30.0  # times the jerk density, at once: the motion has become another
-LIGHT = 0.3  # of the force's noise, up to which what moves the mass is not felt
-AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
+POSITION_UNCERTAIN = "consistency check: motion of the rod or encoder step"
 
 
 class Supervisor:
-    """The filter of one transmission, block by block.
+    """The filter of one transmission, step by step."""
 
-    `tracker` is the filter; `blind` says that the encoder is not to be believed.
-    """
-
-    def __init__(self, config: EstimatorConfig, samples: Samples, health: Health) -> None:
-        """`samples` know their period and how much noisier they are than configured; `health` hears complaints."""
+    def __init__(self, config: EstimatorConfig, pipeline: Pipeline, latch: FaultLatch) -> None:
+        """`pipeline` has the sample period and the noise ratios of the sensors; encoder steps are raised in `latch`."""
         self._config = config
-        self._samples = samples
-        self._health = health
+        self._pipeline = pipeline
+        self._latch = latch
         self.reset_count = 0
         self.reset_reason = ResetReason.NONE
         self.force_rejected = 0
         self.deflection_rejected = 0
-        self.tracker: Tracker
-        self.begin()
+        self.reset()
 
-    def begin(self) -> None:
-        """Forget everything but the counters."""
+    def reset(self) -> None:
+        """Drop all state but the counters."""
         rate, memory = self._config.filter_rate, int(NOISE_MEMORY * self._config.filter_rate)
         self.force_noise = NoiseLevel(self._config.force_noise_std, 0.0, memory)
         self.deflection_noise = NoiseLevel(self._config.deflection_std, self._config.quantisation_std, memory)
         self.jerk = JerkDensity()
         self.tracker = Tracker(self._config.initial, rate)
-        self.learner = Learner(self._config.initial, rate)
-        self.trust = Trust(rate)
-        self.blind = False
-        self.inertia_known = False
+        self.initializer = Initializer(self._config.initial, rate)
+        self.consistency = ConsistencyMonitor(rate)
+        self.modes = ModeMachine()
+        self.encoder_fault = False  # of the last sample
+        self.inertia_observable = False  # at the last step
         self.step_ns = 0  # instant of the last step
-        self._jump = Jump()
-        self._averaged = 1  # samples in the last block
-        self._force = 0.0
+        self._position = PositionMonitor()
+        self._cross_checks = CrossCheckSchedule()
+        self._samples_per_step = 1
+        self._force = 0.0  # the newest one [N]
         self._has_fit = False
-        self._epoch_ns = self._moved_ns = self._refreshed_ns = self._accepted_ns = self._unsure_ns = 0
-        self._audit_ns = self._audit_pause = AUDIT_FIRST
+        self._epoch_ns = self._moved_ns = self._refreshed_ns = 0
 
     def start(self, instant_ns: int, force: float, deflection: float) -> None:
-        """Begin with the first sample."""
+        """Begin with the first sample ([ns], [N], [m])."""
+        self.modes.handle(Event.FIRST_SAMPLE)
         self.tracker.start(deflection, force, self.deflection_noise.std**2)
-        self._epoch_ns = self.step_ns = self._refreshed_ns = self._accepted_ns = instant_ns
-        self._moved_ns = instant_ns - int(STOP * 1e9)
+        self._position.restart(instant_ns)
+        self._epoch_ns = self.step_ns = self._refreshed_ns = instant_ns
+        self._moved_ns = instant_ns - int(MOTION_HOLD_TIME * 1e9)
 
-    def hurry(self, instant_ns: int) -> None:
-        """Samples came in a hurry: a clock may have stood still."""
-        self._unsure_ns = instant_ns
+    @property
+    def mode(self) -> Mode:
+        """The operating mode."""
+        return self.modes.mode
 
-    def step(self, block: Block, force: float) -> None:
-        """One step of the filter at a block's mean stamp; `force` [N] is the newest one, for a block that has none."""
+    def mark_timing_suspect(self, instant_ns: int) -> None:
+        """Samples came in a burst at `instant_ns` [ns]: a clock may have stood still."""
+        self._position.mark_timing_suspect(instant_ns)
+
+    def count_reset(self, reason: ResetReason) -> None:
+        """Count a reset."""
+        self.reset_count += 1
+        self.reset_reason = reason
+
+    def step(self, block: Decimated, force: float) -> None:
+        """Make one filter step at a mean stamp; `force` [N] is the newest one, for a block that has none."""
         tracker = self.tracker
         self._force = block.force if block.forces else force
         dt = (block.stamp_ns - self.step_ns) * 1e-9
-        deflection_variance = (self._samples.deflection_noise * self.deflection_noise.std) ** 2 / block.samples
-        if 0.0 < dt <= BRIDGED:
+        deflection_variance = (self._pipeline.deflection_noise * self.deflection_noise.std) ** 2 / block.samples
+        if 0.0 < dt <= MAX_PREDICTION_TIME:
             tracker.predict(dt, self.jerk.density)
-        if self._broken(block, dt, deflection_variance):
-            self._resume(block, dt, deflection_variance)
+        if self._is_discontinuous(block, dt, deflection_variance):
+            self._restart_after_gap(block, dt, deflection_variance)
         self.step_ns = block.stamp_ns
-        if not self._place(block, deflection_variance):
+        if not self._update_position(block, deflection_variance):
             return
-        self._accepted_ns = block.stamp_ns
-        self._jump.clear()
         self.deflection_noise.add(block.deflection, block.samples)
-        self.jerk.add(block.deflection, deflection_variance, min(dt, BRIDGED))
+        self.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
-        self._samples.memory[UNDAMPED] = tracker.undamped
-        reset = self.trust.weigh(tracker, block.stamp_ns * 1e-9, block, self.blind)
-        if reset is not ResetReason.NONE:
-            self.count_reset(reset)
-            if not tracker.knows:
-                self._start_over(self._force)
-        calm = self.jerk.density
-        startled = tracker.knows and self.jerk.startled(tracker.deflection_nis)
-        if self.jerk.density > ANOTHER * calm:
-            tracker.startle()
-        if startled or self.trust.reason:
+        self._pipeline.memory[BEYOND_PEAK_SPEED] = self.mode.initialized and tracker.beyond_peak_speed
+        decision = self.consistency.evaluate(tracker, self.mode, block.stamp_ns * 1e-9, block, self.encoder_fault)
+        self._apply(decision, INCONSISTENT)
+        if self._detect_manoeuvre() or self.mode is Mode.SUSPENDED or not block.forces:
             self.force_noise.interrupt()
-        elif block.forces:
-            self._take_force(block, dt, deflection_variance)
         else:
-            self.force_noise.interrupt()
-        if block.stamp_ns - self._refreshed_ns >= REFRESH * 1e9 - 0.5 * self._samples.period_ns:
+            self._update_force(block, dt, deflection_variance)
+        if block.stamp_ns - self._refreshed_ns >= REFRESH_PERIOD * 1e9 - 0.5 * self._pipeline.period_ns:
             self._refreshed_ns = block.stamp_ns
             self._refresh(block)
-        self._averaged = block.samples
-        self.inertia_known = inertia_known(tracker, self.force_noise.std)
+        self._samples_per_step = block.samples
+        self.inertia_observable = inertia_observable(tracker, self.force_noise.std)
 
-    def _broken(self, block: Block, dt: float, deflection_variance: float) -> bool:
-        """Whether a block is no sequel of the motion: after a long silence, or in another place where that may be.
+    def _apply(self, decision: Decision, reason: str) -> None:
+        """Carry out a decision: coefficients first, then mode and counters."""
+        if decision.restore is not None:
+            self.tracker.restore(*decision.restore)
+        if decision.reset is not ResetReason.NONE:
+            self.count_reset(decision.reset)
+        if decision.event is Event.REJECTED:
+            self._restart_initialization(self._force)
+        elif decision.event is not None:
+            self.modes.handle(decision.event, reason)
 
-        That is after a pause, samples in a hurry, or an encoder that was not believed: the clock may have stood still,
-        or the encoder, and has not jumped.
-        """
-        if dt > BRIDGED:
-            return True
-        if self.blind:
-            self._unsure_ns = block.stamp_ns
+    def _suspend(self, reason: str, interrupted: bool = False) -> bool:
+        """Suspend updates; False where no checkpoint is established."""
+        decision = self.consistency.suspend(self.tracker, self.mode, interrupted)
+        if decision is None:
             return False
-        pause = PAUSE * max(1.0 / self._config.filter_rate, self._samples.period_ns * 1e-9)
-        unsure = dt > pause or 0 <= block.stamp_ns - self._unsure_ns < UNSURE_NS
-        return unsure and self.tracker.surprised(block.deflection, deflection_variance)
+        self._apply(decision, reason)
+        return True
 
-    def _place(self, block: Block, deflection_variance: float) -> bool:
-        """Take the deflection in, also of a rod that sets off; False where it is not believed."""
-        tracker, jump = self.tracker, self._jump
-        offset = block.deflection - float(tracker.z[0])
-        insists = tracker.knows and jump.insists(offset)
-        if not insists and tracker.correct_deflection(block.deflection, deflection_variance):
+    def _detect_manoeuvre(self) -> bool:
+        """Raise the jerk density at the onset of a manoeuvre; whether there is one."""
+        before = self.jerk.density
+        manoeuvre = self.mode.initialized and self.jerk.detect_manoeuvre(self.tracker.deflection_nis)
+        if self.jerk.density > MANOEUVRE_RATIO * before:
+            self.tracker.reset_matching()
+        return manoeuvre
+
+    def _is_discontinuous(self, block: Decimated, dt: float, deflection_variance: float) -> bool:
+        """Whether the motion has a gap before a block."""
+        if dt > MAX_PREDICTION_TIME:
             return True
-        expected = tracker.expected_force(float(tracker.z[0])) if block.forces else math.nan
-        jump.reject(block.deflection, offset, block.force - expected)
-        since = (block.stamp_ns - self._accepted_ns) * 1e-9
-        if jump.sets_off:
-            self.jerk.startled(tracker.deflection_nis)
-            tracker.set_off(offset, since)
-        if (jump.sets_off or (insists and not self._stayed())) and tracker.correct_deflection(
-            block.deflection, deflection_variance
-        ):
+        if self.encoder_fault:
+            self._position.mark_timing_suspect(block.stamp_ns)
+            return False
+        return self._position.is_discontinuous(self.tracker, block, deflection_variance, is_pause(dt, self._period))
+
+    def _update_position(self, block: Decimated, deflection_variance: float) -> bool:
+        """Update by the deflection; False where it is rejected."""
+        update = self._position.update(self.tracker, self.jerk, block, deflection_variance, self.mode.initialized)
+        if update is PositionUpdate.ACCEPTED:
             return True
         self.deflection_rejected += 1
-        if since > RELOCATE or (insists and jump.proven and tracker.doubts_place(offset, deflection_variance)):
-            self._relocate(block, deflection_variance)
+        if update is PositionUpdate.RESET_DUE:
+            self._reset_position(block, deflection_variance)
         return False
 
-    def _stayed(self) -> bool:
-        """Whether the force says that the rod is where it was expected, though the encoder insists on another place."""
-        tracker, place = self.tracker, float(self.tracker.z[0])
-        return self._jump.stayed(tracker.expected_force(place + self._jump.size) - tracker.expected_force(place))
+    @property
+    def _period(self) -> float:
+        """Time between two steps [s]."""
+        return max(1.0 / self._config.filter_rate, self._pipeline.period_ns * 1e-9)
 
-    def _take_force(self, block: Block, dt: float, deflection_variance: float) -> None:
+    def _update_force(self, block: Decimated, dt: float, deflection_variance: float) -> None:
         tracker = self.tracker
         self.force_noise.add(block.force, block.forces)
-        if block.stamp_ns - self._moved_ns < STOP * 1e9:
-            self.learner.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
-        if not tracker.knows:
+        if block.stamp_ns - self._moved_ns < MOTION_HOLD_TIME * 1e9:
+            self.initializer.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
+        if not self.mode.initialized:
             return
-        force_variance = (self._samples.force_noise * self.force_noise.std) ** 2 / block.forces
-        if not tracker.correct_force(block.force, force_variance, deflection_variance, dt):
+        force_variance = (self._pipeline.force_noise * self.force_noise.std) ** 2 / block.forces
+        if not tracker.update_force(block.force, force_variance, deflection_variance, dt):
             self.force_rejected += 1
-        if tracker.suspicious and self.trust.agrees:
-            tracker.clear_watch()
-        elif tracker.suspicious and not self.trust.doubt(tracker, CONTRADICTION):
-            self._start_over(block.force)
+        if not tracker.nis_test_failed:
+            return
+        if self.consistency.is_consistent:
+            tracker.reset_nis_test()
+        elif not self._suspend(INCONSISTENT):
+            self._restart_initialization(block.force)
             self.count_reset(ResetReason.INNOVATION)
 
-    def _start_over(self, force: float) -> None:
-        self.trust.forget()
-        self.learner.clear()
-        self.tracker.forget(force)
+    def _restart_initialization(self, force: float) -> None:
+        """Drop the coefficients, and begin with the start values at the present `force` [N]."""
+        self.modes.handle(Event.REJECTED)
+        self.consistency.reset()
+        self.initializer.clear()
+        self.tracker.reset_coefficients(force)
         self._has_fit = False
 
-    def _refresh(self, block: Block) -> None:
+    def _refresh(self, block: Decimated) -> None:
+        """Renew noise levels and jerk density; begin a regression or a cross-check where it is due."""
         self.force_noise.refresh()
         self.deflection_noise.refresh()
-        light = self.tracker.knows and self.tracker.greatest_inertial_force < LIGHT * self.force_noise.std
-        self.jerk.refresh(LEAST if light else LEAST_HEAVY)
-        if self.tracker.knows and (block.stamp_ns < self._audit_ns or self.trust.reason):
+        initialized = self.mode.initialized
+        negligible = initialized and self.tracker.max_inertial_force < INERTIA_NEGLIGIBLE * self.force_noise.std
+        self.jerk.refresh(LEAST if negligible else LEAST_HEAVY)
+        if initialized and (self.mode is Mode.SUSPENDED or not self._cross_checks.is_due(block.stamp_ns)):
             return
-        if not self.tracker.knows and not self._has_fit and block.forces:
-            self.tracker.forget(block.force)
-        period = max(1.0 / self._config.filter_rate, self._samples.period_ns * 1e-9)
-        per_block = 1.0 / math.sqrt(block.samples)
-        self.learner.begin(
-            period, self.tracker.reference, self.force_noise.std * per_block,
-            self.deflection_noise.std * per_block, self.jerk.likeliest, audit=self.tracker.knows,
+        if not initialized and not self._has_fit and block.forces:
+            self.tracker.reset_coefficients(block.force)
+        averaging = 1.0 / math.sqrt(block.samples)
+        self.initializer.begin(
+            self._period, self.tracker.reference, self.force_noise.std * averaging,
+            self.deflection_noise.std * averaging, self.jerk.likeliest, audit=initialized,
         )  # fmt: skip
 
-    def learn(self) -> None:
-        """A slice of learning; what is found goes into the filter."""
-        fit = self.learner.advance(self._samples.period_ns * 1e-9)
+    def run_initialization(self) -> None:
+        """Do the due part of a regression; its result initializes the filter, or cross-checks it."""
+        fit = self.initializer.advance(self._pipeline.period_ns * 1e-9)
         if fit is None:
             return
-        tracker, sure = self.tracker, self.learner.sure(fit, self.force_noise.std / math.sqrt(self._averaged))
-        if tracker.knows:
-            self._audit_pause = min(2 * self._audit_pause, AUDIT_MOST)
-            self._audit_ns = self.step_ns + self._audit_pause
-            if not sure or not tracker.contradicts(fit.mean, fit.covariance, fit.acceleration, self.force_noise.std):
-                return
-            self.trust.forget()
-            self.count_reset(ResetReason.INNOVATION)
-        self._has_fit = True
-        floor = np.array([1e-6, (1e-3 * fit.mean[1]) ** 2, 1.0, 1e10, 0.0, 0.0, 0.0])
-        tracker.learn(fit.mean, fit.covariance + np.diag(floor))
-        if sure and not tracker.knows:
-            tracker.knows = True
-            tracker.remember_stroke(*self.learner.range)
-            self._audit_pause = AUDIT_FIRST
-            self._audit_ns = self.step_ns + AUDIT_FIRST
+        force_std = self.force_noise.std / math.sqrt(self._samples_per_step)
+        ready = self.initializer.ready_to_hand_over(fit, force_std)
+        if self.mode.initialized:
+            self._cross_check(fit, ready)
+        else:
+            self._set_coefficients(fit)
+            if ready:
+                self.modes.handle(Event.HAND_OVER)
+                self.tracker.set_stroke(*self.initializer.range)
+                self._cross_checks.restart(self.step_ns)
 
-    def _resume(self, block: Block, silence: float, deflection_variance: float) -> None:
-        """Where the motion has broken off: a new place, the old coefficients."""
-        self.tracker.place(block.deflection, deflection_variance)
+    def _cross_check(self, fit: Fit, ready: bool) -> None:
+        """Replace the filter's coefficients by those of a regression that refutes them."""
+        self._cross_checks.postpone(self.step_ns)
+        if ready and self.tracker.cross_check_failed(fit.mean, fit.covariance, fit.acceleration, self.force_noise.std):
+            self.modes.handle(Event.REPLACED)
+            self.consistency.reset()
+            self.count_reset(ResetReason.INNOVATION)
+            self._set_coefficients(fit)
+
+    def _set_coefficients(self, fit: Fit) -> None:
+        self._has_fit = True
+        k2_std = MIN_K2_RELATIVE_STD * fit.mean[1]
+        floor = np.array([MIN_LN_STIFFNESS_STD**2, k2_std**2, MIN_D1_STD**2, MIN_D2_STD**2, 0.0, 0.0, 0.0])
+        self.tracker.set_coefficients(fit.mean, fit.covariance + np.diag(floor))
+
+    def _restart_after_gap(self, block: Decimated, silence: float, deflection_variance: float) -> None:
+        """Reset the motion, keep the coefficients."""
+        self.tracker.reset_position(block.deflection, deflection_variance)
         self._interrupt(block, deflection_variance)
-        self.trust.doubt(self.tracker, SILENCE, broken=True)
+        self._suspend(AFTER_GAP, interrupted=True)
         if silence > COUNTED_GAP:
             self.count_reset(ResetReason.GAP)
 
-    def _relocate(self, block: Block, deflection_variance: float) -> None:
-        """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
-        tracker, jump = self.tracker, self._jump.size
-        words, jumped, told = f"encoder jumped by {1e3 * jump:+.2f} mm", True, False
-        if tracker.knows:
-            jumped = not self.blind and self._jump.proven and self._stayed()
-            if jumped:
-                self.trust.move(tracker, jump, self._jump.variance + deflection_variance)
-                told = self.trust.doubt(tracker, words)
+    def _reset_position(self, block: Decimated, deflection_variance: float) -> None:
+        """Take over the encoder's position: an encoder step, or a motion that the gate has rejected."""
+        tracker, step = self.tracker, self._position.step_size
+        text, stepped, suspended = f"encoder step of {1e3 * step:+.2f} mm", True, False
+        if self.mode.initialized:
+            stepped = not self.encoder_fault and self._position.encoder_step(tracker)
+            if stepped:
+                variance = self._position.step_variance + deflection_variance
+                tracker.restore(*self.consistency.shift_reference(tracker, step, variance))
+                suspended = self._suspend(text)
             else:
-                self.trust.doubt(tracker, MOVED, broken=True)
+                self._suspend(POSITION_UNCERTAIN, interrupted=True)
         else:
-            tracker.reference = block.deflection
-            tracker.forget(self._force)
+            tracker.set_reference(block.deflection)
+            tracker.reset_coefficients(self._force)
             self._has_fit = False
-        tracker.place(block.deflection, deflection_variance)
-        self.learner.clear()
+        tracker.reset_position(block.deflection, deflection_variance)
+        self.initializer.clear()
         self._interrupt(block, deflection_variance)
         self.count_reset(ResetReason.DEFLECTION)
-        if jumped and not told:  # by a doubt; too little is proven for one
-            self._health.complain(words, block.stamp_ns)
+        if stepped and not suspended:
+            self._latch.raise_fault(text, block.stamp_ns)
 
-    def _interrupt(self, block: Block, deflection_variance: float) -> None:
-        self._accepted_ns = block.stamp_ns
-        self._jump.clear()
-        self.trust.interrupt()
+    def _interrupt(self, block: Decimated, deflection_variance: float) -> None:
+        """End what must not reach across a gap."""
+        self._position.restart(block.stamp_ns)
+        self.consistency.interrupt()
         self.jerk.restart(block.deflection, deflection_variance)
         self.deflection_noise.interrupt()
         self.force_noise.interrupt()
-
-    def count_reset(self, reason: ResetReason) -> None:
-        """One more reset."""
-        self.reset_count += 1
-        self.reset_reason = reason

@@ -1,4 +1,4 @@
-"""What a node tells of samples that come after it has predicted on: stamps never go back, and each is counted."""
+"""Samples that arrive after a published prediction: stamps increase, and each estimate is counted."""
 
 import os
 import time
@@ -26,20 +26,20 @@ def node(monkeypatch):
     rclpy.try_shutdown()
 
 
-def test_an_estimate_that_a_prediction_overtook_is_made_and_counted_but_not_told(node, monkeypatch):
-    told = []
-    monkeypatch.setattr(node, "on_estimate", told.append)
+def test_an_estimate_overtaken_by_a_prediction_is_counted_and_not_published(node, monkeypatch):
+    published = []
+    monkeypatch.setattr(node, "on_estimate", published.append)
     begin = time.time_ns() - 1000 * MS
     for k in range(100):
-        node.take(begin + k * MS, 30.0, 0.01)
+        node.process(begin + k * MS, 30.0, 0.01)
     last = begin + 99 * MS
-    node.predict_to(80 * MS)
+    node.predict_silence(80 * MS)
     for late in (20, 60, 100):
-        node.take(last + late * MS, 30.0, 0.01)
-    stamps = [estimate.stamp_ns for estimate in told]
+        node.process(last + late * MS, 30.0, 0.01)
+    stamps = [estimate.stamp_ns for estimate in published]
     assert stamps == sorted(set(stamps))
     assert stamps[-1] == last + 100 * MS
-    assert [estimate.stamp_ns for estimate in told if estimate.status is Status.STALE] == [
+    assert [estimate.stamp_ns for estimate in published if estimate.status is Status.STALE] == [
         last + ahead * MS for ahead in (50, 60, 70, 80)
     ]
     values = node.health()[2]
