@@ -17,8 +17,8 @@ LAWS = {  # F0, k1, k2, d1, d2, m
     1: (16.39, 0.776, 267.2, 4000.0, -0.1089e9, 0.3755),
     2: (8.269, 7.031, 165.6, 4000.0, -0.1170e9, 0.2295),
 }
-VALID_AFTER = 2.0  # seconds from which on the estimates are valid
-LOST = 37  # the one sample whose frame never came
+VALID_AFTER = 2.0  # [s] from which on the estimates are valid
+LOST = 37  # the sample whose frame is lost
 RADIUS, TENDON = 0.0215, 1e5
 
 
@@ -33,7 +33,7 @@ def motion(side, time):
 
 
 def truth(side, time):
-    """What the rig's truth file says of one transmission."""
+    """Columns of the rig's truth file for one transmission."""
     offset, k1, k2, d1, d2, mass = LAWS[side]
     x, v, a = motion(side, time)
     elastic = k1 * np.exp(k2 * x)
@@ -58,7 +58,7 @@ def write_truth(path, seconds, rate):
 
 
 def write_run(path: Path, seconds=4.0, rate=200.0, leaves=None, space="/vsa", close=True, seed=1):
-    """A bag as the suite records it; `leaves` limits it to topics that end so."""
+    """A bag as the suite records it; `leaves` restricts it to topics with these last parts."""
     recording = Recording(path)
     random = np.random.default_rng(seed)
     time = np.arange(round(seconds * rate)) / rate

@@ -1,1 +1,4 @@
-"""Tools for users: demo, record, report, view, design."""
+"""Tools for users: demo, record, report, view, design. Input: options, topics, bags. Output: bags, figures, pages.
+
+Permitted imports: vsa_common
+"""

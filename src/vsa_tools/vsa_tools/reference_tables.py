@@ -1,6 +1,6 @@
 """The generated blocks of docs/reference/interfaces.md: message fields and parameters, from their definitions.
 
-`python -m vsa_tools.reference_tables docs/reference/interfaces.md` writes them anew between their markers.
+`python -m vsa_tools.reference_tables docs/reference/interfaces.md` renews them between their markers.
 """
 
 import importlib

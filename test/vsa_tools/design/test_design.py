@@ -1,4 +1,4 @@
-"""Spring and cam of section II-B against the paper's numbers and an independent way back from the cut surface."""
+"""Spring and cam of section II-B against the paper's numbers and an independent force from the cut surface."""
 
 import csv
 import math
@@ -79,14 +79,14 @@ def test_a_cam_cut_for_no_roller_misses_the_law_with_one():
     assert abs(force[0] / PAPER.force(0.010) - 1.0) > 0.05
 
 
-def test_a_point_follower_travels_the_surface_itself():
+def test_a_point_follower_moves_along_the_surface():
     follower = Follower(roller_radius=0.0)
     cam = cam_for(PAPER, follower, 0.020)
     x = np.linspace(0.001, 0.019, 19)
     assert rolled_force(cam.cut_x, cam.cut_y, follower, x) == pytest.approx(PAPER.force(x), rel=2e-3)
 
 
-def test_friction_is_made_up_for_while_loading_and_missing_on_the_way_back():
+def test_friction_is_compensated_while_loading_and_reduces_the_force_while_unloading():
     follower = Follower(friction=0.1)
     cam = cam_for(PAPER, follower, 0.020)
     x = np.linspace(0.0, 0.020, 21)
@@ -96,7 +96,7 @@ def test_friction_is_made_up_for_while_loading_and_missing_on_the_way_back():
     assert cam.unloading_force == pytest.approx(ratio * PAPER.force(cam.deflection), rel=1e-6)
 
 
-def test_force_of_an_undercut_cam_shows_the_damage():
+def test_force_of_an_undercut_cam_deviates_from_the_law():
     follower = Follower(preload=0.0005, roller_radius=0.003)
     cam = cam_for(PAPER, follower, 0.020)
     x = np.linspace(0.0, 0.020, 41)
@@ -117,7 +117,7 @@ def test_the_least_preload_is_the_one_from_which_the_roller_fits():
     assert cam_for(PAPER, Follower(preload=0.98 * enough), 0.020).largest_roller < 0.003
 
 
-def test_undercut_is_one_line_that_says_what_to_change(tmp_path, capsys):
+def test_undercut_is_a_one_line_error_with_the_remedy(tmp_path, capsys):
     assert main(["--preload", "0.0005", "--out", str(tmp_path / "out")]) == 1
     error = capsys.readouterr().err
     assert error.count("\n") == 1
@@ -141,7 +141,7 @@ def test_the_command_prints_the_law_and_writes_the_profile(tmp_path, capsys):
     assert "<svg" in (tmp_path / "design.svg").read_text()
 
 
-def test_a_specification_file_is_read_and_the_command_line_wins(tmp_path, capsys):
+def test_the_command_line_overrides_the_specification_file(tmp_path, capsys):
     spec = tmp_path / "stiff.yaml"
     spec.write_text("max_force: 300.0\nroller_radius: 0.002\n")
     assert main([str(spec), "--roller-radius", "0.004", "--out", str(tmp_path)]) == 0
@@ -158,7 +158,7 @@ def test_a_specification_file_is_read_and_the_command_line_wins(tmp_path, capsys
         ("a: [\n", "spec.yaml"),
     ],
 )
-def test_a_bad_specification_file_gets_one_line_that_names_it(tmp_path, capsys, text, expected):
+def test_an_invalid_specification_file_is_a_one_line_error_with_its_path(tmp_path, capsys, text, expected):
     spec = tmp_path / "spec.yaml"
     spec.write_text(text)
     assert main([str(spec), "--out", str(tmp_path)]) == 1

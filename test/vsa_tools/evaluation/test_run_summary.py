@@ -1,4 +1,4 @@
-"""Bag and truth of a run become its summary; the table says the same in the paper's units."""
+"""Summary of a run from its bag and truth, and its table in the paper's units."""
 
 import json
 
@@ -20,7 +20,7 @@ STIFFNESS, DAMPING = {1: 4000.0, 2: 3000.0}, {1: 3900.0, 2: 3800.0}
 
 
 def stamps(side: int) -> list[int]:
-    """Both frames of a sample are captured one after the other."""
+    """Capture stamps; the second frame of a sample follows the first by 0.1 ms."""
     return [START_NS + k * 10_000_000 + side * 100_000 for k in range(N)]
 
 
@@ -47,8 +47,8 @@ def record_side(recording: Recording, side: int) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    made = tmp_path_factory.mktemp("run")
-    recording = Recording(made / "bag")
+    run = tmp_path_factory.mktemp("run")
+    recording = Recording(run / "bag")
     for topic, type_name in suite_topics().items():
         recording.add(topic, type_name)
     for side in (1, 2):
@@ -62,16 +62,16 @@ def folder(tmp_path_factory):
     recording.close()
     truth = {f"stiffness_{i}": np.full(N, STIFFNESS[i]) for i in (1, 2)}
     truth |= {f"damping_{i}": np.full(N, DAMPING[i]) for i in (1, 2)}
-    write_columns(made / "truth.csv", truth)
-    write_parameters(made / "parameters.yaml", base_parameters(), {"rig_simulator": {"rate_hz": RATE}})
-    return made
+    write_columns(run / "truth.csv", truth)
+    write_parameters(run / "parameters.yaml", base_parameters(), {"rig_simulator": {"rate_hz": RATE}})
+    return run
 
 
 @pytest.fixture(scope="module")
 def summary(folder):
     arrivals = [(stamp_ns, stamp_ns + 2_000_000) for stamp_ns in stamps(2)]
-    silent = [(0, START_NS), (stamps(2)[-1], START_NS + 10**12), (stamps(2)[-1] + 5, START_NS + 10**12)]
-    return summarise(folder, arrivals + silent)
+    without_frame = [(0, START_NS), (stamps(2)[-1], START_NS + 10**12), (stamps(2)[-1] + 5, START_NS + 10**12)]
+    return summarise(folder, arrivals + without_frame)
 
 
 def test_figures_are_those_of_the_recording(summary):
@@ -85,7 +85,7 @@ def test_figures_are_those_of_the_recording(summary):
     assert (summary["rate_hz"], summary["duration_s"], summary["joint"]["messages"]) == (RATE, N / RATE, N)
 
 
-def test_joint_is_judged_by_what_its_transmissions_truly_were(summary):
+def test_the_joint_is_compared_with_the_true_transmissions(summary):
     true = 0.0215**2 * sum(s * 1e5 / (4e5 + s) for s in STIFFNESS.values())
     assert summary["joint"]["stiffness_nrmse"] == pytest.approx(abs(0.8 - true) / true)
 

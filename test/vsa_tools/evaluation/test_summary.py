@@ -1,4 +1,4 @@
-"""The judge of the demo, held to runs whose figures are known beforehand."""
+"""Figures of merit of runs with known errors."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def run(scale: float = 1.0, std: float = 10.0, missing: tuple[int, ...] = ()) ->
     )
 
 
-def test_a_perfect_run_has_no_error_and_loses_nothing():
+def test_a_perfect_run_has_no_error_and_no_loss():
     summary = transmission_summary(run(), truth(), 1, RATE)
     assert (summary["samples_sent"], summary["samples_fused"], summary["samples_lost"]) == (N, N, 0)
     assert summary["stiffness_nrmse"] == summary["damping_nrmse"] == 0.0
@@ -61,7 +61,7 @@ def test_lost_samples_are_counted():
     assert (summary["samples_fused"], summary["samples_lost"]) == (N - 3, 3)
 
 
-def test_estimates_between_samples_or_after_the_end_are_not_judged():
+def test_estimates_without_a_sample_or_after_the_end_are_ignored():
     good = run()
     more = Transmission(
         N,
@@ -80,7 +80,7 @@ def test_a_run_one_percent_off_has_an_error_of_one_percent():
     assert summary["stiffness_coverage95"] == 0.0
 
 
-def test_only_the_last_thirty_percent_are_judged():
+def test_only_the_last_thirty_percent_are_evaluated():
     late = run()
     late.stiffness.value[: int(0.7 * N)] *= 3.0
     summary = transmission_summary(late, truth(), 1, RATE)
@@ -94,23 +94,23 @@ def test_coefficients_appear_with_the_names_of_the_interface():
     assert summary["inertia"] == {"start": 1.0, "estimate": 2.0, "std": 0.1, "truth": 2.05, "valid": False}
 
 
-def test_stamps_find_their_sample_and_strangers_find_none():
+def test_stamps_map_to_their_sample_and_unknown_stamps_to_none():
     frames = Frames(np.array([10, 20, 30]), np.array([5, 6, 9]))
     assert list(frames.samples(np.array([30, 10, 25, 5, 40]))) == [9, 5, -1, -1, -1]
     assert list(Frames(np.array([], dtype=int), np.array([], dtype=int)).samples(np.array([1]))) == [-1]
 
 
-def test_convergence_is_the_last_time_that_it_was_wrong():
+def test_convergence_is_after_the_last_error_above_the_limit():
     time, true = np.arange(5.0), np.full(5, 100.0)
     assert converged_after(time, np.array([90.0, 100, 94, 104, 100]), true) == 3.0
     assert converged_after(time, np.array([100.0, 100, 100, 100, 106]), true) is None
     assert converged_after(time, np.array([np.nan, 100, 100, 100, 100]), true) == 1.0
 
 
-def test_a_gaussian_error_is_covered_as_often_as_its_interval_says():
+def test_the_coverage_of_a_gaussian_error_is_the_nominal_one():
     rng = np.random.default_rng(1)
     true = np.full(20000, 50.0)
-    # three standard errors of a share of 0.95 over 20000 draws are 0.005
+    # three standard errors of a fraction of 0.95 over 20000 draws are 0.005
     value = true + 2.0 * rng.standard_normal(20000)
     assert coverage(Series(value, np.full(20000, 2.0)), true) == pytest.approx(0.95, abs=0.005)
     value = true * np.exp(0.3 * rng.standard_normal(20000))
@@ -126,7 +126,7 @@ def test_a_soft_transmission_leaves_a_quarter_through_a_rigid_tendon():
     assert damping == pytest.approx(0.01 + 0.02**2 / 4 * (true["damping_1"] + true["damping_2"]))
 
 
-def test_the_joint_agrees_with_the_figures_of_the_paper_rig():
+def test_the_joint_has_the_impedance_of_the_paper_rig():
     # design: K_t = 2000 N/mm, x = 9.00 and 5.23 mm give K = 0.5853, D = 0.9345 with a rigid tendon and 1/4
     k = [0.776e0 * 267.2 * np.exp(267.2 * 0.009), 7.031 * 165.6 * np.exp(165.6 * 0.00523)]
     columns = {f"stiffness_{i}": np.array([k[i - 1]]) for i in (1, 2)} | {
@@ -138,7 +138,7 @@ def test_the_joint_agrees_with_the_figures_of_the_paper_rig():
     assert damping[0] == pytest.approx(0.9339, rel=2e-3)
 
 
-def test_each_side_of_the_joint_is_judged_at_its_own_sample():
+def test_each_side_of_the_joint_is_evaluated_at_its_own_sample():
     geometry = Geometry(0.02, (1e5, 1e5), 0.01)
     first, second = np.arange(1, N), np.arange(0, N - 1)
     stiffness, damping = joint_truth(truth(), (first, second), geometry)
@@ -154,7 +154,7 @@ def test_latency_is_in_milliseconds():
     assert latency_summary(np.array([], dtype=int)) == {"p50": None, "p99": None, "max": None}
 
 
-def test_an_empty_run_yields_no_figure_and_no_error():
+def test_an_empty_run_has_no_figures_and_raises_no_error():
     assert nrmse(np.array([]), np.array([])) is None
     empty = run(missing=tuple(range(N)))
     assert transmission_summary(empty, truth(), 1, RATE)["samples_lost"] == N

@@ -1,4 +1,4 @@
-"""The recorder as a process: it ends well on signals, and leaves a readable bag when it cannot."""
+"""The recorder as a process: orderly end on signals, readable bag after a crash."""
 
 import os
 import signal
@@ -23,18 +23,18 @@ COUNT = 400
 
 
 @pytest.fixture(scope="module")
-def corner():
-    claimed = claim_domain()
+def domain():
+    isolated = claim_domain()
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in claimed.environment().items():
+        for name, value in isolated.environment().items():
             patch.setenv(name, value)
-        yield claimed
+        yield isolated
 
 
 @pytest.fixture(scope="module")
-def node(corner):
+def node(domain):
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    yield rclpy.create_node("talker")
+    yield rclpy.create_node("publisher")
     rclpy.try_shutdown()
 
 
@@ -43,20 +43,20 @@ def record(out, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
 
 
-def talk(node, topic: str, process: subprocess.Popen, bag: Path) -> None:
-    """Publish 0, 1, 2, ... once what is said before arrives in the bag."""
+def publish(node, topic: str, process: subprocess.Popen, bag: Path) -> None:
+    """Publish 0, 1, 2, ... after the first messages (-1) have arrived in the bag."""
     publisher = node.create_publisher(JointState, topic, RELIABLE)
     end = time.monotonic() + 60.0
-    heard = 0
-    while not heard or size(bag) < heard + 20_000:
+    initial_size = 0
+    while not initial_size or size(bag) < initial_size + 20_000:
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < end
-        heard = heard or size(bag)
+        initial_size = initial_size or size(bag)
         publisher.publish(JointState(name=["motor_1"], position=[-1.0]))
         rclpy.spin_once(node, timeout_sec=0.002)
     for k in range(COUNT):
         publisher.publish(JointState(name=["motor_1"], position=[float(k)]))
-        time.sleep(0.001)  # the pace of a sensor
+        time.sleep(0.001)  # the rate of a sensor
     publisher.wait_for_all_acked(Duration(seconds=10))
     time.sleep(0.3)
     node.destroy_publisher(publisher)
@@ -73,7 +73,7 @@ def counted(bag: Path) -> list[float]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_closes_the_bag_with_every_message_in_it(node, tmp_path, number):
     process = record(tmp_path / "bag")
-    talk(node, TOPIC, process, tmp_path / "bag")
+    publish(node, TOPIC, process, tmp_path / "bag")
     process.send_signal(number)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 0
@@ -82,23 +82,23 @@ def test_a_signal_closes_the_bag_with_every_message_in_it(node, tmp_path, number
     assert (tmp_path / "bag" / "metadata.yaml").exists()
 
 
-def test_a_crash_costs_no_more_than_the_last_moment(node, tmp_path):
+def test_a_crash_loses_at_most_one_flush_period(node, tmp_path):
     process = record(tmp_path / "bag", "--ros-args", "-p", "flush_period:=0.1")
-    talk(node, TOPIC, process, tmp_path / "bag")
+    publish(node, TOPIC, process, tmp_path / "bag")
     process.kill()
     process.communicate()
     assert counted(tmp_path / "bag") == [float(k) for k in range(COUNT)]
 
 
-def test_topics_of_others_are_recorded_when_asked_for(node, tmp_path):
+def test_additional_topics_are_recorded_on_request(node, tmp_path):
     process = record(tmp_path / "bag", "--topic", FOREIGN)
-    talk(node, FOREIGN, process, tmp_path / "bag")
+    publish(node, FOREIGN, process, tmp_path / "bag")
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=20)
     assert bags.topics(tmp_path / "bag")[FOREIGN].messages >= COUNT / 2
 
 
-def test_an_existing_folder_is_refused_with_one_line(corner, tmp_path):
+def test_an_existing_folder_is_a_one_line_error(domain, tmp_path):
     process = record(tmp_path)
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 1

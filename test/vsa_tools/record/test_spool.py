@@ -1,4 +1,4 @@
-"""The way to the disk: nothing is lost without a count, and a full disk is not the end of what was written."""
+"""The spool: every loss is counted, and a full disk leaves a readable recording."""
 
 import resource
 import threading
@@ -23,7 +23,7 @@ def count(recording: Recording) -> int:
     return sum(1 for _ in bags.read_raw(recording.path, [TOPIC]))
 
 
-def test_everything_put_in_is_in_the_bag_when_it_closes(recording):
+def test_every_message_is_in_the_bag_after_close(recording):
     spool = Spool(recording)
     for k in range(5000):
         spool.put(TOPIC, k, MESSAGE)
@@ -33,7 +33,7 @@ def test_everything_put_in_is_in_the_bag_when_it_closes(recording):
 
 
 class SlowDisk(Recording):
-    """A recording on a disk that takes nothing until it is told to."""
+    """A recording on a disk that blocks until `ready` is set."""
 
     def __init__(self, path):
         super().__init__(path)
@@ -44,7 +44,7 @@ class SlowDisk(Recording):
         super().write(topic, receive_ns, data)
 
 
-def test_a_disk_that_does_not_keep_up_costs_messages_that_are_counted(tmp_path):
+def test_messages_dropped_by_a_slow_disk_are_counted(tmp_path):
     slow = SlowDisk(tmp_path / "bag")
     slow.add(TOPIC, "sensor_msgs/msg/JointState")
     spool = Spool(slow, limit=100)
@@ -52,13 +52,13 @@ def test_a_disk_that_does_not_keep_up_costs_messages_that_are_counted(tmp_path):
         spool.put(TOPIC, k, MESSAGE)
     slow.ready.set()
     spool.close()
-    # one more may be in the hands of the thread
+    # one more may be in progress in the thread
     assert spool.dropped in (899, 900)
     assert spool.written + spool.dropped == 1000
     assert count(slow) == spool.written
 
 
-def test_too_little_space_closes_the_recording_in_good_order(recording):
+def test_too_little_free_space_closes_the_recording(recording):
     spool = Spool(recording, flush_s=0.0, reserve=10**18)
     spool.put(TOPIC, 1, MESSAGE)
     spool._thread.join(10.0)
@@ -70,7 +70,7 @@ def test_too_little_space_closes_the_recording_in_good_order(recording):
     spool.close()
 
 
-def test_a_disk_that_is_full_at_once_leaves_what_was_written(recording):
+def test_a_write_error_leaves_the_written_messages_readable(recording):
     spool = Spool(recording, flush_s=0.0)
     for k in range(2000):
         spool.put(TOPIC, k, MESSAGE)
@@ -78,7 +78,7 @@ def test_a_disk_that_is_full_at_once_leaves_what_was_written(recording):
         assert spool._thread.is_alive()
         spool._ended.wait(0.01)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    try:  # no file of this process may grow beyond 600 kB: as if the disk ended there
+    try:  # no file of this process can exceed 600 kB: a full disk
         resource.setrlimit(resource.RLIMIT_FSIZE, (600_000, before[1]))
         for k in range(5000):
             spool.put(TOPIC, 2000 + k, MESSAGE)

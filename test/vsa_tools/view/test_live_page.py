@@ -1,4 +1,4 @@
-"""The live page in a real browser: beside a publisher that the test commands, and beside the whole demo."""
+"""The live page in a real browser, with a publisher of the test and with the whole demo."""
 
 import json
 import os
@@ -42,7 +42,7 @@ def free_port():
 
 
 class Publisher:
-    """The paper's joint at 100 Hz, until it is told to stop."""
+    """The paper's joint at 100 Hz, until `close`."""
 
     def __init__(self, space="/vsa", stiffness=0.75):
         self.context = rclpy.Context()
@@ -125,7 +125,7 @@ def text_of(name):
     return f"document.querySelector('{name}')?.textContent"
 
 
-def see(browser, name):
+def displayed_text(browser, name):
     return browser.execute_script(f"return {text_of(name)}")
 
 
@@ -133,8 +133,8 @@ def errors(browser):
     return [one["message"] for one in browser.get_log("browser") if one["level"] == "SEVERE"]
 
 
-def asked_for(browser):
-    """Every address that the page asked for, WebSockets included."""
+def requested(browser):
+    """Every address that the page requested, WebSockets included."""
     found = set()
     for entry in browser.get_log("performance"):
         event = json.loads(entry["message"])["message"]
@@ -145,7 +145,7 @@ def asked_for(browser):
     return found
 
 
-def test_the_page_shows_the_joint_live_notices_silence_and_reconnects(isolated, browser):
+def test_the_page_shows_live_data_detects_a_timeout_and_reconnects(isolated, browser):
     port = free_port()
     process, rig = start_view(port), Publisher()
     try:
@@ -154,29 +154,29 @@ def test_the_page_shows_the_joint_live_notices_silence_and_reconnects(isolated, 
             eventually(browser, text_of(f"#{chip} b"), "VALID")
         eventually(browser, text_of("#row_k2 td:nth-child(2)"), "0.2672 ± 0 valid")
         eventually(browser, text_of("#row_stiffness td:nth-child(3)"), "2.345 ± 0 valid")
-        assert see(browser, "#row_damping td:nth-child(2)") == "0 ± 0 not valid"
-        assert see(browser, "#numbers b") == "0.750"
-        assert see(browser, "#numbers span") == "± 0.020 N m/rad "
-        assert "transmission 2: reason 2" in see(browser, "#remarks")
+        assert displayed_text(browser, "#row_damping td:nth-child(2)") == "0 ± 0 not valid"
+        assert displayed_text(browser, "#numbers b") == "0.750"
+        assert displayed_text(browser, "#numbers span") == "± 0.020 N m/rad "
+        assert "transmission 2: reason 2" in displayed_text(browser, "#remarks")
         assert browser.execute_script("return document.querySelector('#no_data').hidden")
         eventually(browser, "Number(document.body.dataset.bins) > 50", True)
-        inked = """[...document.querySelectorAll('.plot canvas')].slice(0, 1).every(c =>
+        drawn = """[...document.querySelectorAll('.plot canvas')].slice(0, 1).every(c =>
             c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"""
-        assert browser.execute_script(f"return {inked}")
+        assert browser.execute_script(f"return {drawn}")
         rig.silent.set()
         eventually(browser, text_of("#status_joint b"), "SILENT")
-        eventually(browser, f"{text_of('#no_data')}.includes('nobody publishes /vsa/transmission_1/force')", True)
-        assert see(browser, "#row_stiffness td:nth-child(3)") == "2.345 ± 0 not valid"
+        eventually(browser, f"{text_of('#no_data')}.includes('no publisher of /vsa/transmission_1/force')", True)
+        assert displayed_text(browser, "#row_stiffness td:nth-child(3)") == "2.345 ± 0 not valid"
         eventually(browser, f"{text_of('#events')}.includes('joint: VALID → SILENT')", True)
         rig.silent.clear()
         eventually(browser, text_of("#status_joint b"), "VALID")
         assert errors(browser) == []
         process.send_signal(signal.SIGINT)
         assert process.wait(10) == 0
-        eventually(browser, "document.querySelector('#link').dataset.word", "LOST")
-        assert "trying again" in see(browser, "#no_data")
+        eventually(browser, "document.querySelector('#link').dataset.status", "LOST")
+        assert "trying again" in displayed_text(browser, "#no_data")
         process = start_view(port)
-        eventually(browser, "document.querySelector('#link').dataset.word", "LIVE")
+        eventually(browser, "document.querySelector('#link').dataset.status", "LIVE")
         eventually(browser, text_of("#status_joint b"), "VALID")
     finally:
         rig.close()
@@ -184,7 +184,7 @@ def test_the_page_shows_the_joint_live_notices_silence_and_reconnects(isolated, 
         process.wait()
 
 
-def test_a_page_can_be_paused_zoomed_and_turned_to_another_joint(isolated, browser):
+def test_a_page_can_be_paused_zoomed_and_switched_to_another_joint(isolated, browser):
     port = free_port()
     process, right, left = start_view(port), Publisher(), Publisher("/left/arm", 1.25)
     try:
@@ -195,14 +195,14 @@ def test_a_page_can_be_paused_zoomed_and_turned_to_another_joint(isolated, brows
         over = browser.find_element(By.CSS_SELECTOR, ".u-over")
         browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", over)
         ActionChains(browser).move_to_element(over).click_and_hold().move_by_offset(60, 0).release().perform()
-        assert see(browser, "#pause") == "go on"
+        assert displayed_text(browser, "#pause") == "resume"
         bins = browser.execute_script("return document.body.dataset.bins")
         end = browser.execute_script("return document.body.dataset.end")
         right.stiffness = 0.5
         eventually(browser, f"Number(document.body.dataset.end) > {end}", True)
-        assert see(browser, "#numbers b") == "0.750"
+        assert displayed_text(browser, "#numbers b") == "0.750"
         assert browser.execute_script("return document.body.dataset.bins") == bins
-        browser.execute_script("document.querySelector('#whole').click()")
+        browser.execute_script("document.querySelector('#zoom_out').click()")
         eventually(browser, text_of("#numbers b"), "0.500")
         eventually(browser, f"document.body.dataset.bins != {bins}", True)
         browser.execute_script(
@@ -219,16 +219,16 @@ def test_a_page_can_be_paused_zoomed_and_turned_to_another_joint(isolated, brows
         process.wait()
 
 
-class Watcher:
-    """What a subscriber beside the page hears, by stamp, and a way to break the rig's sensors."""
+class Observer:
+    """Messages of a subscriber besides the page, by stamp; and the injection of sensor failures."""
 
     def __init__(self, domain):
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
-        self.node = rclpy.create_node("watcher", namespace="/vsa", context=self.context)
-        self.heard = {}
+        self.node = rclpy.create_node("observer", namespace="/vsa", context=self.context)
+        self.received = {}
         for kind, topic in ((JointImpedance, "joint_impedance"), (TransmissionImpedance, "transmission_1/impedance")):
-            self.node.create_subscription(kind, topic, lambda one, key=topic: self.take(key, one), 1000)
+            self.node.create_subscription(kind, topic, lambda one, key=topic: self.add(key, one), 1000)
         self.failure = self.node.create_client(InjectFailure, "rig_simulator/failure")
         self.done = threading.Event()
         self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
@@ -240,8 +240,8 @@ class Watcher:
         while not self.done.is_set():
             self.executor.spin_once(timeout_sec=0.1)
 
-    def take(self, key, message):
-        self.heard[key, str(nanoseconds(message.header.stamp))] = message
+    def add(self, key, message):
+        self.received[key, str(nanoseconds(message.header.stamp))] = message
 
     def inject(self, failure):
         assert self.failure.wait_for_service(10.0)
@@ -256,7 +256,7 @@ class Watcher:
 
 
 def domain_of(parameters):
-    """ROS domain of the processes that were started with a parameter file."""
+    """ROS domain of the processes with this parameter file."""
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             if str(parameters).encode() in (folder / "cmdline").read_bytes():
@@ -268,15 +268,15 @@ def domain_of(parameters):
     raise AssertionError("no process of the demo")
 
 
-def says(text, value):
-    """Whether "1.25 ± 0.02 valid" is a value, to the digits that its interval leaves."""
+def matches(text, value):
+    """Whether "1.25 ± 0.02 valid" is `value`, to the displayed digits."""
     number = text.split(" ±")[0].replace("−", "-")
     last_digit = 10.0 ** -len(number.partition(".")[2])
     return float(number) == pytest.approx(value, rel=5e-3, abs=0.51 * last_digit)
 
 
-def shown(browser):
-    """Stamp and stiffness of the joint and of transmission_1, in one look."""
+def displayed(browser):
+    """Stamp and stiffness of the joint and of transmission_1, in one script call."""
     return browser.execute_script(
         "const text = (name) => document.querySelector(name).textContent, n = document.querySelector('#numbers'),"
         " c = document.querySelector('#coefficients');"
@@ -285,7 +285,7 @@ def shown(browser):
 
 
 def seconds_until_live(browser, address):
-    """From the address to joint, status and curves on the page."""
+    """Time from the request to status and curves on the page [s]."""
     begin = time.monotonic()
     browser.get(address)
     eventually(browser, "['CONVERGING', 'VALID'].includes(document.querySelector('#status_joint b').textContent)", True)
@@ -293,24 +293,24 @@ def seconds_until_live(browser, address):
     return time.monotonic() - begin
 
 
-def test_the_demo_s_page_is_live_true_private_and_notices_a_stopped_sensor(tmp_path, browser):
+def test_the_page_of_the_demo_is_live_correct_local_and_detects_a_stopped_sensor(tmp_path, browser):
     out = tmp_path / "demo"
     command = [executable("vsa_tools", "demo"), "--view", "--duration", "180", "--rate", "200", "--out", str(out)]
     demo = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    watcher = None
+    observer = None
     try:
         address = re.search(r"http://127\.0\.0\.1:\d+/", demo.stdout.readline())[0]
         assert undisturbed(lambda: seconds_until_live(browser, address), lambda: None, 0.1) < 3.0
-        watcher = Watcher(domain_of(out / "parameters.yaml"))
+        observer = Observer(domain_of(out / "parameters.yaml"))
         eventually(browser, text_of("#status_joint b"), "VALID")
         compared, begin = 0, time.monotonic()
         while compared < 3:
-            joint_stamp, joint, side_stamp, side = shown(browser)
-            true_joint = watcher.heard.get(("joint_impedance", joint_stamp))
-            true_side = watcher.heard.get(("transmission_1/impedance", side_stamp))
+            joint_stamp, joint, side_stamp, side = displayed(browser)
+            true_joint = observer.received.get(("joint_impedance", joint_stamp))
+            true_side = observer.received.get(("transmission_1/impedance", side_stamp))
             if true_joint and true_side:
-                assert says(joint, true_joint.stiffness)
-                assert says(side, 1e-3 * true_side.stiffness)
+                assert matches(joint, true_joint.stiffness)
+                assert matches(side, 1e-3 * true_side.stiffness)
                 compared += 1
             time.sleep(0.2)
             assert time.monotonic() - begin < 40.0
@@ -318,21 +318,21 @@ def test_the_demo_s_page_is_live_true_private_and_notices_a_stopped_sensor(tmp_p
         assert browser.execute_script("return document.documentElement.scrollWidth") <= 400
         inside = "[...document.querySelectorAll('.card')].every((one) => one.scrollWidth <= one.clientWidth)"
         eventually(browser, inside, True)
-        watcher.inject("can_signal off -i 1")
+        observer.inject("can_signal off -i 1")
         eventually(browser, f"['STALE', 'FAULT', 'SILENT'].includes({text_of('#status_transmission_1 b')})", True)
         eventually(browser, f"{text_of('#events')}.includes('transmission 1')", True)
         assert errors(browser) == []
         assert {
-            re.sub(r"^\w+://([^/]*)/.*", r"\1", one) for one in asked_for(browser) if not one.startswith("data:")
+            re.sub(r"^\w+://([^/]*)/.*", r"\1", one) for one in requested(browser) if not one.startswith("data:")
         } == {address.split("/")[2]}
     finally:
-        if watcher:
-            watcher.close()
+        if observer:
+            observer.close()
         demo.send_signal(signal.SIGINT)
         demo.wait(30)
 
 
-def test_a_port_that_is_taken_is_one_line(isolated):
+def test_a_port_in_use_is_a_one_line_error(isolated):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -343,7 +343,7 @@ def test_a_port_that_is_taken_is_one_line(isolated):
     assert "in use" in ended.stderr
 
 
-def test_the_vendored_library_lies_beside_its_licence():
+def test_the_vendored_library_has_its_licence():
     static = Path(sys.modules["vsa_tools.view"].__file__).parent / "static"
     assert "MIT" in (static / "uPlot.LICENSE.txt").read_text()
     assert "uPlot" in (static / "uPlot.iife.min.js").read_text()[:200]

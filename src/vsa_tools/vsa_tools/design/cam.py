@@ -1,7 +1,7 @@
 """Cam that turns linear springs on a roller follower into an exponential spring: Fig. 1 and section II-B; SI units.
 
-The rod is pulled by x, the follower's springs give by psi. Virtual work: F dx = n k_s psi dpsi. The roller's centre
-travels along (x, psi - preload); the cam is cut one roller radius beside that path.
+The rod moves by x, the follower's springs compress by psi. Virtual work: F dx = n k_s psi dpsi. The roller's centre
+moves along (x, psi - preload); the cam surface is offset from that path by one roller radius.
 """
 
 from dataclasses import dataclass, replace
@@ -29,10 +29,10 @@ class Cam:
     deflection: np.ndarray  # of the rod, x [m]
     compression: np.ndarray  # of the follower's springs, psi [m]
     slope: np.ndarray  # of the roller's path, tan(theta) [1]
-    curvature: np.ndarray  # of the roller's path, > 0 where the roller lies in a hollow [1/m]
-    cut_x: np.ndarray  # the surface to cut, along the rod [m]
-    cut_y: np.ndarray  # and across it, from the roller's first centre [m]
-    unloading_force: np.ndarray  # of the rod on the way back; the law's where there is no friction [N]
+    curvature: np.ndarray  # of the roller's path, > 0 where it is concave [1/m]
+    cut_x: np.ndarray  # cut surface, along the rod [m]
+    cut_y: np.ndarray  # cut surface, across the rod, from the roller's first centre [m]
+    unloading_force: np.ndarray  # of the rod while unloading; equal to the law without friction [N]
 
     @property
     def lift(self) -> np.ndarray:
@@ -41,12 +41,12 @@ class Cam:
 
     @property
     def largest_roller(self) -> float:
-        """Radius [m] below which a roller reaches every point of its path; infinite where no crest limits it."""
+        """Radius [m] below which a roller has no undercut; infinite for a path without a convex section."""
         return float(-1.0 / min(self.curvature.min(), -1e-12)) if self.curvature.min() < 0.0 else np.inf
 
     @property
     def tightest(self) -> float:
-        """Deflection [m] where the path bends most over a crest."""
+        """Deflection [m] of the greatest convex curvature of the path."""
         return float(self.deflection[self.curvature.argmin()])
 
 
@@ -57,27 +57,27 @@ def cam_for(spring: ExponentialSpring, follower: Follower, max_deflection: float
     compression = _compression(spring, follower, x)
     slope = _slope(spring, follower, x, compression)
     angle = np.arctan(slope)
-    bend = np.gradient(slope, x, edge_order=2)
-    back = rate * compression * np.tan(angle - np.arctan(follower.friction))
+    slope_rate = np.gradient(slope, x, edge_order=2)
+    unloading = rate * compression * np.tan(angle - np.arctan(follower.friction))
     return Cam(
         deflection=x,
         compression=compression,
         slope=slope,
-        curvature=bend * np.cos(angle) ** 3,
+        curvature=slope_rate * np.cos(angle) ** 3,
         cut_x=x + follower.roller_radius * np.sin(angle),
         cut_y=compression - follower.preload - follower.roller_radius * np.cos(angle),
-        unloading_force=back,
+        unloading_force=unloading,
     )
 
 
 def _slope(spring: ExponentialSpring, follower: Follower, x: np.ndarray, compression: np.ndarray) -> np.ndarray:
-    """tan(theta) of the path that gives the law while loading: F = n k_s psi tan(theta + phi), tan(phi) = friction."""
+    """tan(theta) of the path for the law while loading: F = n k_s psi tan(theta + phi), tan(phi) = friction."""
     ratio = spring.force(x) / (follower.springs * follower.spring_rate * compression)
     return (ratio - follower.friction) / (1.0 + ratio * follower.friction)
 
 
 def _compression(spring: ExponentialSpring, follower: Follower, x: np.ndarray) -> np.ndarray:
-    """psi(x) [m]: from the energy without friction, by Runge and Kutta's fourth order with it."""
+    """psi(x) [m]: from the energy without friction, by fourth-order Runge-Kutta with friction."""
     if not follower.friction:
         stored = 2.0 * spring.work(x) / (follower.springs * follower.spring_rate)
         return np.sqrt(follower.preload**2 + stored)
@@ -93,9 +93,9 @@ def _compression(spring: ExponentialSpring, follower: Follower, x: np.ndarray) -
 
 
 def rolled_force(cut_x: np.ndarray, cut_y: np.ndarray, follower: Follower, deflection: np.ndarray) -> np.ndarray:
-    """Force of the rod while loading [N] when the roller rides on a cut surface: the check of a finished cam.
+    """Force of the rod while loading [N] with the roller on a given cut surface: the verification of a cam.
 
-    The roller rests on whichever points of the surface hold it highest, so a surface that undercuts shows.
+    The roller contacts the surface at the point with the highest centre, which reveals an undercut.
     """
     contacts = [_contact(cut_x, cut_y, follower.roller_radius, float(x)) for x in deflection]
     centre, slope = np.array(contacts).T
@@ -105,25 +105,25 @@ def rolled_force(cut_x: np.ndarray, cut_y: np.ndarray, follower: Follower, defle
 
 
 def _contact(cut_x: np.ndarray, cut_y: np.ndarray, radius: float, x: float) -> tuple[float, float]:
-    """Height of the roller's centre [m] and slope of its path [1] when it stands at `x` [m]."""
+    """Height of the roller's centre [m] and slope of its path [1] at `x` [m]."""
     if not radius:
         after = int(np.clip(np.searchsorted(cut_x, x), 1, len(cut_x) - 1))
         slope = (cut_y[after] - cut_y[after - 1]) / (cut_x[after] - cut_x[after - 1])
         return float(np.interp(x, cut_x, cut_y)), float(slope)
     near = np.abs(cut_x - x) < radius
     reach = cut_x[near] - x
-    held = cut_y[near] + np.sqrt(radius**2 - reach**2)
-    top = int(held.argmax())
-    touch, centre = reach[top], held[top]
-    if 0 < top < len(held) - 1:  # between the points: the crest of the parabola through the three highest
-        a, b, _ = np.polyfit(reach[top - 1 : top + 2] - touch, held[top - 1 : top + 2] - centre, 2)
+    height = cut_y[near] + np.sqrt(radius**2 - reach**2)
+    top = int(height.argmax())
+    touch, centre = reach[top], height[top]
+    if 0 < top < len(height) - 1:  # between the points: vertex of the parabola through the three highest ones
+        a, b, _ = np.polyfit(reach[top - 1 : top + 2] - touch, height[top - 1 : top + 2] - centre, 2)
         if a < 0.0:
             touch, centre = touch - b / (2.0 * a), centre - b * b / (4.0 * a)
     return float(centre), float(touch / np.sqrt(radius**2 - touch**2))
 
 
 def least_preload(spring: ExponentialSpring, follower: Follower, max_deflection: float) -> float:
-    """Preload [m] from which on the roller reaches every point of its path; NaN where none up to 0.1 m does."""
+    """Least preload [m] without undercut and with a rising cam; NaN if none up to 0.1 m suffices."""
 
     def fits(preload: float) -> bool:
         cam = cam_for(spring, replace(follower, preload=preload), max_deflection, points=1001)

@@ -16,11 +16,11 @@ from vsa_tools.design.spring import ExponentialSpring, Specification, spring_fro
 
 @dataclass(frozen=True)
 class Design(Follower, Specification):
-    """A spring and the follower that makes it."""
+    """Parameters of a spring and of its follower."""
 
 
 def main(args: list[str] | None = None) -> int:
-    """Design one spring; 0 when its cam can be cut, 1 with one line on stderr when not."""
+    """Design one spring; 0 if its cam can be cut, else 1 with one line on stderr."""
     options = _parser().parse_args(args)
     try:
         wanted = build(Design, read_specification(options.spec) | _given(options))
@@ -32,12 +32,12 @@ def main(args: list[str] | None = None) -> int:
         print(f"design: {error}", file=sys.stderr)
         return 1
     print(describe(wanted, spring, cam))
-    print(f"wrote {options.out}/design.csv, {options.out}/cam_mm.csv (x, y to mill), {options.out}/design.png and .svg")
+    print(f"wrote {options.out}/design.csv, {options.out}/cam_mm.csv (for milling), {options.out}/design.png and .svg")
     return 0
 
 
 def read_specification(path: Path | None) -> dict[str, object]:
-    """Values of a YAML file `name: value`; ConfigurationError naming a file that is none."""
+    """Values of a YAML file `name: value`. Raises ConfigurationError, with the path, for an invalid file."""
     if path is None:
         return {}
     try:
@@ -54,11 +54,11 @@ def read_specification(path: Path | None) -> dict[str, object]:
 
 
 def check_cuttable(spring: ExponentialSpring, follower: Follower, cam: Cam) -> None:
-    """ConfigurationError saying what to change where friction locks the follower or the roller undercuts its cam."""
+    """Raise ConfigurationError, with the remedy, where friction locks the follower or the roller undercuts its cam."""
     if cam.slope.min() <= 0.0:
         at = 1e3 * cam.deflection[cam.slope.argmin()]
         raise ConfigurationError(
-            f"friction = {follower.friction:g} 1: at {at:.2f} mm the cam would have to fall for the law to hold; "
+            f"friction = {follower.friction:g} 1: at {at:.2f} mm the law requires a falling cam; "
             "use less friction or less preload"
         )
     if cam.largest_roller <= follower.roller_radius:
@@ -72,14 +72,14 @@ def check_cuttable(spring: ExponentialSpring, follower: Follower, cam: Cam) -> N
 
 
 def check_force(spring: ExponentialSpring, follower: Follower, cam: Cam) -> float:
-    """Largest relative error [1] along the stroke of the force computed back from the cut surface."""
-    along = np.linspace(0.0, cam.deflection[-1], 201)
-    wanted = spring.force(along)
-    return float(np.max(np.abs(rolled_force(cam.cut_x, cam.cut_y, follower, along) / wanted - 1.0)))
+    """Largest relative error [1] along the stroke of the force computed from the cut surface."""
+    deflection = np.linspace(0.0, cam.deflection[-1], 201)
+    wanted = spring.force(deflection)
+    return float(np.max(np.abs(rolled_force(cam.cut_x, cam.cut_y, follower, deflection) / wanted - 1.0)))
 
 
 def describe(wanted: Design, spring: ExponentialSpring, cam: Cam) -> str:
-    """What was designed, in the paper's N and mm beside SI."""
+    """Summary of the design, in the paper's N and mm and in SI."""
     rest, stroke = wanted.rest_length, wanted.max_deflection
     sign = "+" if spring.force_offset >= 0.0 else "-"
     softest, stiffest = 1e-3 * spring.stiffness(np.array([0.0, stroke]))
@@ -97,17 +97,17 @@ def describe(wanted: Design, spring: ExponentialSpring, cam: Cam) -> str:
         f"cam: {wanted.springs} x {1e-3 * wanted.spring_rate:g} N/mm, preload {1e3 * wanted.preload:g} mm, "
         f"roller radius {1e3 * wanted.roller_radius:g} mm; lift {1e3 * cam.lift[-1]:.2f} mm, "
         f"contact angle {angle.min():.1f} to {angle.max():.1f} deg; {roller}",
-        f"force computed back from the cut surface: within {1e2 * check_force(spring, wanted, cam):.3f} % of the law",
+        f"force computed from the cut surface: within {1e2 * check_force(spring, wanted, cam):.3f} % of the law",
     ]
     if wanted.friction:
         lost = 1e2 * (1.0 - cam.unloading_force / spring.force(cam.deflection))
-        stuck = "; it does not come back by itself there" if cam.unloading_force.min() <= 0.0 else ""
-        lines.append(f"friction takes {lost.min():.1f} to {lost.max():.1f} % of the force on the way back{stuck}")
+        stuck = "; the rod does not return by itself there" if cam.unloading_force.min() <= 0.0 else ""
+        lines.append(f"friction reduces the force by {lost.min():.1f} to {lost.max():.1f} % while unloading{stuck}")
     return "\n".join(lines)
 
 
 def write(folder: Path, wanted: Design, spring: ExponentialSpring, cam: Cam) -> None:
-    """design.csv (SI), cam_mm.csv (the surface alone, for the mill) and the picture, into `folder`."""
+    """Write design.csv (SI), cam_mm.csv (cut surface for milling) and the figure into `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
     columns = {
         "deflection": cam.deflection,
@@ -134,7 +134,7 @@ def _write_csv(path: Path, columns: dict[str, np.ndarray], number: str) -> None:
 
 
 def _given(options: argparse.Namespace) -> dict[str, object]:
-    """The parameters typed on the command line."""
+    """Parameters given on the command line."""
     values = {parameter.name: getattr(options, parameter.name) for parameter in parameters(Design)}
     return {name: value for name, value in values.items() if value is not None}
 

@@ -1,4 +1,4 @@
-"""The picture of a designed spring: its law, its cam with the roller, and what the follower does."""
+"""Figure of a designed spring: force, stiffness, cam with roller, motion of the follower."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ def _draw_force(axes: Any, wanted: Specification, spring: ExponentialSpring, fol
     x_mm = 1e3 * cam.deflection
     axes.plot(x_mm, spring.force(cam.deflection), color=SIDE_1, label="law, eq. (2)")
     if follower.friction:
-        axes.plot(x_mm, cam.unloading_force, color=SIDE_2, label="on the way back")
+        axes.plot(x_mm, cam.unloading_force, color=SIDE_2, label="unloading")
     corners = np.array([[wanted.rest_length, wanted.min_force], [wanted.max_deflection, wanted.max_force]])
     axes.plot(1e3 * corners[:, 0], corners[:, 1], "o", color=TRUTH, markersize=5, label="specification")
     axes.set(xlabel="deflection [mm]", ylabel="force [N]", ylim=(0.0, None))
@@ -43,8 +43,8 @@ def _draw_profile(axes: Any, follower: Follower, cam: Cam) -> None:
     axes.fill_between(cut_x, floor, cut_y, color="#dfe5ea", linewidth=0.0)
     axes.plot(cut_x, cut_y, color=TRUTH, label="cut surface")
     axes.plot(1e3 * cam.deflection, 1e3 * cam.lift, "--", color=SIDE_2, linewidth=0.9, label="roller's centre")
-    for share in (0.0, 0.5, 1.0):
-        i = round(share * (len(cam.deflection) - 1))
+    for fraction in (0.0, 0.5, 1.0):
+        i = round(fraction * (len(cam.deflection) - 1))
         turn = np.linspace(0.0, 2.0 * np.pi, 73)
         x, y = 1e3 * cam.deflection[i], 1e3 * cam.lift[i]
         radius = 1e3 * follower.roller_radius

@@ -13,7 +13,7 @@ Number = TypeVar("Number", float, np.ndarray)
 
 @dataclass(frozen=True)
 class Specification:
-    """What the spring shall do; the defaults are the paper's."""
+    """Specification of the spring; the defaults are the paper's."""
 
     max_deflection: float = quantity(0.020, "m", 1e-4, 1.0, "largest elongation, Xmax")
     max_force: float = quantity(200.0, "N", 1e-2, 1e5, "force at the largest elongation, FSmax")
@@ -41,18 +41,18 @@ class ExponentialSpring:
         return self.k2 * (self.force(deflection) - self.force_offset)
 
     def work(self, deflection: Number) -> Number:
-        """Energy [J] that stretching from zero to a deflection [m] takes."""
+        """Energy [J] stored between zero deflection and `deflection` [m]."""
         return self.force_offset * deflection + self.k1 / self.k2 * np.expm1(self.k2 * deflection)
 
 
 def spring_from(wanted: Specification) -> ExponentialSpring:
     """The spring that meets a specification.
 
-    Three conditions give F0, k1 and k2: force max_force at max_deflection; relative force error where the force is
-    min_force, k2 (Fmin - F0) delta0 = C0 Fmin; and that this is so at rest_length. A given `alpha` replaces the
-    third, as in the paper: eq. (4) is alpha = 1.3288.
+    Three conditions give F0, k1 and k2: force max_force at max_deflection; relative force error at min_force,
+    k2 (Fmin - F0) delta0 = C0 Fmin; force min_force at rest_length. A given `alpha` replaces the third, as in the
+    paper: eq. (4) is alpha = 1.3288.
 
-    Raises ConfigurationError where no exponential spring does it.
+    Raises ConfigurationError where no exponential spring meets them.
     """
     _check_order(wanted)
     k2 = wanted.alpha / wanted.rest_length if wanted.alpha else _k2(wanted)
@@ -70,7 +70,7 @@ def _k2(wanted: Specification) -> float:
         straight = rise / (stroke * wanted.min_force)
         raise ConfigurationError(
             f"force_error = {wanted.force_error:g} 1: must be below {straight:.4g} for these forces and deflections; "
-            "there a straight line does it, and above no spring that stiffens"
+            "at that value the spring is linear, above it no stiffening spring exists"
         )
     return brentq(lambda k2: math.expm1(k2 * stroke) / k2 - target, 1e-6 / stroke, 500.0 / stroke, xtol=1e-12)
 

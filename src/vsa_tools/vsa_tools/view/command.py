@@ -1,4 +1,4 @@
-"""`view`: the live page of one joint, on this computer unless asked otherwise."""
+"""`view`: the live page of one joint; by default it listens on this computer only."""
 
 import argparse
 import asyncio
@@ -11,39 +11,39 @@ from collections.abc import Sequence
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
-from vsa_tools.view.node import Ears
+from vsa_tools.view.node import Subscribers
 from vsa_tools.view.server import Server, serve
 
-NICE = 10  # who looks on never holds up what is looked at
-POLL = 0.08  # seconds between two looks at what has arrived: about a frame
+NICE = 10  # below the priority of the nodes
+POLL_S = 0.08  # [s] between two polls of the subscriptions: less than a frame of the page
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Serve until Ctrl-C; 1 with one line on stderr where the port cannot be had."""
+    """Serve until Ctrl-C; 1, with one line on stderr, where the port is not available."""
     given = list(sys.argv if args is None else ["view", *args])
     options = _parser().parse_args(remove_ros_args(given)[1:])
     os.nice(NICE)
     rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
-    ears = Ears(options.namespace)
+    subscribers = Subscribers(options.namespace)
     try:
-        asyncio.run(_run(ears, options.host, options.port))
+        asyncio.run(_run(subscribers, options.host, options.port))
     except (OSError, OverflowError) as error:
         print(f"view: {options.host}:{options.port}: {' '.join(str(error).split())}", file=sys.stderr)
         return 1
     finally:
-        ears.close()
+        subscribers.close()
         rclpy.try_shutdown()
     return 0
 
 
-async def _run(ears: Ears, host: str, port: int) -> None:
-    task = asyncio.ensure_future(serve(Server(ears), host, port, ears.poll, POLL))
+async def _run(subscribers: Subscribers, host: str, port: int) -> None:
+    task = asyncio.ensure_future(serve(Server(subscribers), host, port, subscribers.poll, POLL_S))
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, task.cancel)
-    await asyncio.sleep(0.2)  # a port that is taken shows by now
+    await asyncio.sleep(0.2)  # a port in use has raised its error by now
     if not task.done():
-        shown = f"[{host}]" if ":" in host else host
-        print(f"live page of {ears.space or '/'}: http://{shown}:{port}/  (Ctrl-C ends it)", flush=True)
+        address = f"[{host}]" if ":" in host else host
+        print(f"live page of {subscribers.namespace or '/'}: http://{address}:{port}/  (Ctrl-C ends it)", flush=True)
     with contextlib.suppress(asyncio.CancelledError):
         await task
 
@@ -51,7 +51,7 @@ async def _run(ears: Ears, host: str, port: int) -> None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="view", description=__doc__)
     parser.add_argument("--port", type=int, default=8080, help="TCP port of the page (default: 8080)")
-    text = "address to listen on (default: 127.0.0.1, this computer alone; 0.0.0.0 lets everyone on the network look)"
+    text = "address to listen on (default: 127.0.0.1, this computer only; 0.0.0.0: all of the network)"
     parser.add_argument("--host", default="127.0.0.1", help=text)
     parser.add_argument("--namespace", default="/vsa", help="the joint's namespace (default: /vsa)")
     return parser

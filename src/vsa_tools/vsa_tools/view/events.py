@@ -1,4 +1,4 @@
-"""What happened, as the live page tells it: changes of status, resets, lost samples, complaints."""
+"""Events of the live page: changes of status, resets, lost samples, diagnostics."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -6,70 +6,70 @@ from typing import Any
 
 from vsa_common.stamps import NANOSECONDS
 
-KEPT = 40  # events
-APART_NS = 2 * NANOSECONDS  # what repeats sooner is counted, not told again
-LOOK_BACK = 4  # events among which a repetition is looked for
-TONES = {"VALID": "good", "CONVERGING": "note", "INITIALIZING": "note", "DEGRADED": "warn", "STALE": "warn"}
+MAX_EVENTS = 40  # of the list: about two screens
+REPEAT_NS = 2 * NANOSECONDS  # [ns] a repetition within this time is counted, not listed again
+REPEAT_DEPTH = 4  # last events among which a repetition is searched: alternating events count as repeated
+SEVERITIES = {"VALID": "ok", "CONVERGING": "info", "INITIALIZING": "info", "DEGRADED": "warning", "STALE": "warning"}
 
 
 @dataclass
 class Event:
-    """Something that happened `times` times to `who`, last at `time_ns`; `tone` is good, note, warn or bad."""
+    """`text` of `source`, which occurred `count` times, last at `time_ns`; severity ok, info, warning or error."""
 
     time_ns: int
-    who: str
+    source: str
     text: str
-    tone: str
-    times: int
+    severity: str
+    count: int
 
 
 class Events:
-    """The last events, newest last."""
+    """The last MAX_EVENTS events, newest last."""
 
     def __init__(self) -> None:
-        self._kept: deque[Event] = deque(maxlen=KEPT)
+        self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
 
-    def add(self, time_ns: int, who: str, text: str, tone: str, times: int = 1) -> None:
-        """Tell that something happened at `time_ns`, `times` times since it was told last."""
-        for event in list(self._kept)[-LOOK_BACK:]:
-            if (event.who, event.text) == (who, text) and abs(time_ns - event.time_ns) < APART_NS:
-                event.time_ns, event.times = time_ns, event.times + times
+    def add(self, time_ns: int, source: str, text: str, severity: str, count: int = 1) -> None:
+        """Add `count` occurrences at `time_ns`; a repetition within REPEAT_NS increments the count of its event."""
+        for event in list(self._events)[-REPEAT_DEPTH:]:
+            if (event.source, event.text) == (source, text) and abs(time_ns - event.time_ns) < REPEAT_NS:
+                event.time_ns, event.count = time_ns, event.count + count
                 return
-        self._kept.append(Event(time_ns, who, text, tone, times))
+        self._events.append(Event(time_ns, source, text, severity, count))
 
-    def words(self) -> list[dict[str, Any]]:
-        """All that are kept, with their time in seconds since 1970."""
+    def to_json(self) -> list[dict[str, Any]]:
+        """All events; their time in seconds since 1970."""
         return [
-            {"time": round(event.time_ns / NANOSECONDS, 3), "who": event.who, "text": event.text}
-            | {"tone": event.tone, "times": event.times}
-            for event in self._kept
+            {"time": round(event.time_ns / NANOSECONDS, 3), "source": event.source, "text": event.text}
+            | {"severity": event.severity, "count": event.count}
+            for event in self._events
         ]
 
 
-class Turns:
-    """The status word of one part, and an event whenever it turns into another."""
+class StatusTracker:
+    """The status of one source; each change is an event."""
 
-    def __init__(self, who: str, events: Events) -> None:
-        self.word = "WAITING"
-        self._who, self._events = who, events
+    def __init__(self, source: str, events: Events) -> None:
+        self._status = "WAITING"
+        self._source, self._events = source, events
 
-    def turn(self, word: str, time_ns: int) -> None:
-        """The status is `word` from `time_ns` on."""
-        if word != self.word:
-            self._events.add(time_ns, self._who, f"{self.word} → {word}", TONES.get(word, "bad"))
-            self.word = word
+    def update(self, status: str, time_ns: int) -> None:
+        """The status is `status` from `time_ns` on."""
+        if status != self._status:
+            self._events.add(time_ns, self._source, f"{self._status} → {status}", SEVERITIES.get(status, "error"))
+            self._status = status
 
 
-class Tally:
-    """Counts that only grow, and an event whenever one did."""
+class CounterWatch:
+    """Monotonic counters of one source; each increment is an event."""
 
-    def __init__(self, who: str, events: Events) -> None:
-        self._who, self._events = who, events
-        self._before: dict[str, int] = {}
+    def __init__(self, source: str, events: Events) -> None:
+        self._source, self._events = source, events
+        self._last: dict[str, int] = {}
 
-    def count(self, text: str, total: int, time_ns: int, tone: str = "warn") -> None:
-        """`total` of what `text` tells at `time_ns`; the first total is where counting starts."""
-        grown = total - self._before.get(text, total)
-        self._before[text] = total
-        if grown > 0:
-            self._events.add(time_ns, self._who, text, tone, grown)
+    def update(self, text: str, total: int, time_ns: int, severity: str = "warning") -> None:
+        """The counter of `text` is `total` at `time_ns`; its first value is the reference."""
+        increment = total - self._last.get(text, total)
+        self._last[text] = total
+        if increment > 0:
+            self._events.add(time_ns, self._source, text, severity, increment)

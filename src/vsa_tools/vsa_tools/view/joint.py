@@ -1,10 +1,10 @@
-"""The live page's state of the joint: bytes in, curves and words out."""
+"""State of the joint on the live page, from serialized messages."""
 
 from typing import Any
 
 from vsa_common.ros.cdr import Reader
 from vsa_tools.view.events import Events
-from vsa_tools.view.section import Part
+from vsa_tools.view.section import Section
 from vsa_tools.view.time_series import Delays, Stream
 
 _QUANTITIES = ("stiffness", "damping", "inertia")
@@ -12,27 +12,31 @@ _FIELDS = tuple(name + end for name in _QUANTITIES for end in ("", "_variance", 
 CURVES = tuple(name.replace("_variance", "_std") for name in _FIELDS)
 
 
-class JointShow(Part):
+class JointSection(Section):
     """The joint."""
 
     def __init__(self, reader: Reader, events: Events) -> None:
         super().__init__("joint", reader, events, _QUANTITIES, _FIELDS)
         self.stream = Stream(CURVES)
-        self.delays = Delays()
-        self.angle: float | None = None
+        self._delays = Delays()
+        self._angle: float | None = None
 
-    def take_impedance(self, data: bytes, received_ns: int, now: float) -> None:
-        """A JointImpedance as it came, when it was received [ns], `now` on a steady clock [s]."""
-        stamp_ns, numbers = self.take(data, now)
+    def add_impedance(self, data: bytes, received_ns: int, now: float) -> None:
+        """Add a serialized JointImpedance, received at `received_ns` and at `now` [s] of a steady clock."""
+        stamp_ns, numbers = self.add_impedance_message(data, now)
         self.stream.add(stamp_ns, numbers)
-        self.delays.add(received_ns - stamp_ns)
+        self._delays.add(received_ns - stamp_ns)
 
-    def words(self, now: float) -> dict[str, Any]:
-        """Everything of the joint that is not a curve."""
-        at, values = self.at, self.values
-        found = super().words(now) | {"delay": self.delays.words(), "angle": self.angle, "reason": ""}
+    def set_angle(self, angle: float) -> None:
+        """Angle of the joint [rad]."""
+        self._angle = angle
+
+    def to_json(self, now: float) -> dict[str, Any]:
+        """Everything of the joint except its curves."""
+        index, values = self.index, self.values
+        state = super().to_json(now) | {"delay": self._delays.to_json(), "angle": self._angle, "reason": ""}
         if values:
-            found["reason"] = values[at["reason"]]
-            if values[at["stiffness_range_valid"]]:
-                found["range"] = [values[at["stiffness_min"]], values[at["stiffness_max"]]]
-        return found
+            state["reason"] = values[index["reason"]]
+            if values[index["stiffness_range_valid"]]:
+                state["range"] = [values[index["stiffness_min"]], values[index["stiffness_max"]]]
+        return state

@@ -1,4 +1,4 @@
-"""The live page's ears: the suite's topics, taken in a few microseconds a message and without an executor."""
+"""Subscriptions of the live page: polled without an executor, a few microseconds per message."""
 
 import os
 import re
@@ -16,126 +16,128 @@ from vsa_common.ros.node import STEADY
 from vsa_common.ros.throttle import SUFFIX
 from vsa_msgs.msg import CaptureCounters, EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_tools.topics import suite_topics
-from vsa_tools.view.reason import QUIET, why_no_data
-from vsa_tools.view.view_model import Show
+from vsa_tools.view.no_data import NO_DATA, no_data_reasons
+from vsa_tools.view.view_model import ViewModel
 
-DEPTH = 4000  # messages that wait while this computer is busy elsewhere
-WATCH = 0.1  # seconds between two looks for silence
-_WATCHING = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)  # never holds a controller up
-_COUNTING = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)  # what is lost here is no lost frame
-_JOINT = re.compile(r"(?P<space>.*)/(joint_impedance|transmission_\d/impedance)")
+DEPTH = 4000  # messages of a queue: a stall of 4 s at 1 kHz
+CHECK_PERIOD_S = 0.1  # [s] between two checks for timeouts and throttled topics
+_BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)  # no back-pressure on publishers
+_RELIABLE = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)  # a lost message would count as lost frames
+_JOINT = re.compile(r"(?P<namespace>.*)/(joint_impedance|transmission_\d/impedance)")
 _KINDS = ("vsa_msgs/msg/JointImpedance", "vsa_msgs/msg/TransmissionImpedance")
 
-Taker = Callable[[bytes, int, float], None]
+Handler = Callable[[bytes, int, float], None]
 
 
-class Ear:
-    """Subscriptions of one joint's topics, emptied by `poll`."""
+class Subscriber:
+    """Subscriptions of one joint's topics; `poll` processes their messages."""
 
-    def __init__(self, node: Node, space: str) -> None:
-        self.space = space
+    def __init__(self, node: Node, namespace: str) -> None:
+        self.namespace = namespace
         kinds = (TransmissionImpedance, EstimatorState, JointImpedance)
-        self.show = Show(*(kind.get_fields_and_field_types() for kind in kinds))
+        self.model = ViewModel(*(kind.get_fields_and_field_types() for kind in kinds))
         self._node = node
-        self._takers: dict[str, tuple[Any, Taker]] = {}
-        self._watched = 0.0
-        self._throttled: list[tuple[Any, str, Any]] = [
-            (JointImpedance, "joint_impedance", self.show.joint.take_impedance),
-            (JointState, "joint_states", self._take_angle),
+        self._handlers: dict[str, tuple[Any, Handler]] = {}
+        self._checked = 0.0
+        self._throttled_topics: list[tuple[Any, str, Any]] = [
+            (JointImpedance, "joint_impedance", self.model.joint.add_impedance),
+            (JointState, "joint_states", self._add_angle),
         ]
-        self._listen(DiagnosticArray, "/diagnostics", self._take_diagnostics)
-        for name in self.show.sides:
-            self._listen_to_side(name)
+        self._subscribe(DiagnosticArray, "/diagnostics", self._add_diagnostics)
+        for name in self.model.transmissions:
+            self._subscribe_transmission(name)
 
     def poll(self) -> None:
-        """Take everything that has arrived."""
+        """Process all messages that have arrived."""
         now = 1e-9 * STEADY.now().nanoseconds
-        for subscription, take in self._takers.values():
+        for subscription, handler in self._handlers.values():
             with subscription.handle:
-                while (found := subscription.handle.take_message(subscription.msg_type, True)) is not None:
-                    take(found[0], found[1]["received_timestamp"], now)
-        if now - self._watched > WATCH:
-            self._watched = now
-            self._look_for_slower_topics()
-            self.show.watch(now, time.time_ns())
+                while (message := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+                    handler(message[0], message[1]["received_timestamp"], now)
+        if now - self._checked > CHECK_PERIOD_S:
+            self._checked = now
+            self._select_throttled_topics()
+            self.model.check_timeouts(now, time.time_ns())
 
-    def words(self) -> dict[str, Any]:
-        """As Show.words, now, with the reasons where nothing comes."""
+    def to_json(self) -> dict[str, Any]:
+        """As ViewModel.to_json, with the reasons for missing data."""
         now = 1e-9 * STEADY.now().nanoseconds
-        words = self.show.words(now)
-        ages = self.show.ages(now)
-        status = {part: words[part]["status"] for part in ages}
-        if any(word in QUIET for word in status.values()):
+        state = self.model.to_json(now)
+        ages = self.model.ages(now)
+        status = {source: state[source]["status"] for source in ages}
+        if any(label in NO_DATA for label in status.values()):
             domain = os.environ.get("ROS_DOMAIN_ID", "0")
-            words["no_data"] = why_no_data(self.space, domain, status, ages, self._published())
-        return words
+            state["no_data"] = no_data_reasons(self.namespace, domain, status, ages, self._published())
+        return state
 
     def _published(self) -> set[str]:
-        """The joint's topics that somebody publishes, relative to its namespace."""
-        names = (topic for topic in suite_topics(self.space) if topic.startswith(f"{self.space}/"))
-        return {topic.removeprefix(f"{self.space}/") for topic in names if self._node.count_publishers(topic)}
+        """The joint's topics that have a publisher, relative to its namespace."""
+        names = (topic for topic in suite_topics(self.namespace) if topic.startswith(f"{self.namespace}/"))
+        return {topic.removeprefix(f"{self.namespace}/") for topic in names if self._node.count_publishers(topic)}
 
-    def _listen_to_side(self, name: str) -> None:
-        side = self.show.sides[name]
-        self._throttled.append(
-            (TransmissionImpedance, f"{name}/impedance", lambda data, _, now: side.take_impedance(data, now))
+    def _subscribe_transmission(self, name: str) -> None:
+        section = self.model.transmissions[name]
+        self._throttled_topics.append(
+            (TransmissionImpedance, f"{name}/impedance", lambda data, _, now: section.add_impedance(data, now))
         )
-        self._listen(EstimatorState, f"{name}/estimator_state", lambda data, *_: side.take_state(data))
-        self._listen(CaptureCounters, f"{name}/capture_counters", lambda data, *_: side.take_counters(data), _COUNTING)
+        self._subscribe(EstimatorState, f"{name}/estimator_state", lambda data, *_: section.add_state(data))
+        self._subscribe(
+            CaptureCounters, f"{name}/capture_counters", lambda data, *_: section.add_counters(data), _RELIABLE
+        )
 
-    def _listen(self, kind: Any, topic: str, take: Any, qos: QoSProfile = _WATCHING) -> None:
-        name = topic if topic.startswith("/") else f"{self.space}/{topic}"
-        self._takers[topic] = self._node.create_subscription(kind, name, print, qos, raw=True), take
+    def _subscribe(self, kind: Any, topic: str, handler: Any, qos: QoSProfile = _BEST_EFFORT) -> None:
+        name = topic if topic.startswith("/") else f"{self.namespace}/{topic}"
+        self._handlers[topic] = self._node.create_subscription(kind, name, print, qos, raw=True), handler
 
-    def _look_for_slower_topics(self) -> None:
-        """Listen at a viewer's pace where somebody publishes so; to the whole topic of an older bag, say."""
-        for kind, topic, take in self._throttled:
-            slower = topic + SUFFIX
-            for one, other in ((slower, topic), (topic, slower)):
-                if self._node.count_publishers(f"{self.space}/{one}"):
-                    if one not in self._takers:
-                        self._listen(kind, one, take)
-                    if other in self._takers:
-                        self._node.destroy_subscription(self._takers.pop(other)[0])
+    def _select_throttled_topics(self) -> None:
+        """Subscribe to the throttled topic if it has a publisher, else to the full one, as of an older bag."""
+        for kind, topic, handler in self._throttled_topics:
+            throttled = topic + SUFFIX
+            for used, unused in ((throttled, topic), (topic, throttled)):
+                if self._node.count_publishers(f"{self.namespace}/{used}"):
+                    if used not in self._handlers:
+                        self._subscribe(kind, used, handler)
+                    if unused in self._handlers:
+                        self._node.destroy_subscription(self._handlers.pop(unused)[0])
                     break
 
-    def _take_angle(self, data: bytes, *_: object) -> None:
-        self.show.joint.angle = read_position(data)[1]
+    def _add_angle(self, data: bytes, *_: object) -> None:
+        self.model.joint.set_angle(read_position(data)[1])
 
-    def _take_diagnostics(self, data: bytes, received_ns: int, _: float) -> None:
-        self.show.take_diagnostics(deserialize_message(data, DiagnosticArray), received_ns, f"{self.space}/")
+    def _add_diagnostics(self, data: bytes, received_ns: int, _: float) -> None:
+        self.model.add_diagnostics(deserialize_message(data, DiagnosticArray), received_ns, f"{self.namespace}/")
 
 
-class Ears:
-    """The joints of this machine; each is listened to from when a page first asks for it."""
+class Subscribers:
+    """The joints of this ROS domain; the subscription to a joint starts with its first page."""
 
     def __init__(self, namespace: str) -> None:
         self._node = Node("view", namespace=namespace)
-        self.space = self._node.get_namespace().rstrip("/")
-        self._ears = {self.space: Ear(self._node, self.space)}
+        self.namespace = self._node.get_namespace().rstrip("/")
+        self._subscribers = {self.namespace: Subscriber(self._node, self.namespace)}
 
     def joints(self) -> list[str]:
-        """Namespaces of the joints that publish, and of the one that was asked for."""
-        found = {self.space}
+        """Namespaces of the joints with a publisher, and the one of the command line."""
+        namespaces = {self.namespace}
         for topic, kinds in self._node.get_topic_names_and_types():
             match = _JOINT.fullmatch(topic)
             if match and kinds[0] in _KINDS:
-                found.add(match["space"])
-        return sorted(found)
+                namespaces.add(match["namespace"])
+        return sorted(namespaces)
 
-    def ear(self, space: str) -> Ear:
-        """The ear at the joint `space`. Raises LookupError for one that does not exist."""
-        if space not in self._ears:
-            if space not in self.joints():
-                raise LookupError(f"no joint {space}")
-            self._ears[space] = Ear(self._node, space)
-        return self._ears[space]
+    def source(self, namespace: str) -> Subscriber:
+        """The subscriber of the joint `namespace`. Raises LookupError for an unknown one."""
+        if namespace not in self._subscribers:
+            if namespace not in self.joints():
+                raise LookupError(f"no joint {namespace}")
+            self._subscribers[namespace] = Subscriber(self._node, namespace)
+        return self._subscribers[namespace]
 
     def poll(self) -> None:
-        """Take everything that has arrived."""
-        for ear in list(self._ears.values()):
-            ear.poll()
+        """Process all messages that have arrived."""
+        for subscriber in list(self._subscribers.values()):
+            subscriber.poll()
 
     def close(self) -> None:
-        """Stop listening."""
+        """End all subscriptions."""
         self._node.destroy_node()

@@ -1,4 +1,4 @@
-"""Serves the live page and its numbers: the one door to aiohttp."""
+"""HTTP and WebSocket server of the live page; the only module that imports aiohttp."""
 
 import asyncio
 import json
@@ -9,58 +9,58 @@ from typing import Any, Protocol
 from urllib.parse import urlsplit
 
 from aiohttp import ClientSession, WSMsgType, web
-from vsa_tools.view.time_series import WIDTH_NS, Board
-from vsa_tools.view.view_model import Show
+from vsa_tools.view.time_series import BIN_NS, TimeSeriesStore
+from vsa_tools.view.view_model import ViewModel
 
-FRAMES = 10.0  # a second, to each page
-WORDS = 3  # every so many frames the table comes along
+FRAME_RATE_HZ = 10.0  # of each page: smooth for the eye at low load
+STATE_EVERY = 3  # frames per update of table and status: text is readable at about 3 Hz
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".txt": "text/plain"}
 _POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:; img-src 'self' data:"
 
 
 class Source(Protocol):
-    """What a page shows of one joint."""
+    """The data of one joint."""
 
     @property
-    def show(self) -> Show:
-        """The curves."""
+    def model(self) -> ViewModel:
+        """The view model; the server reads its time series."""
 
-    def words(self) -> dict[str, Any]:
-        """The table, now."""
+    def to_json(self) -> dict[str, Any]:
+        """The current state."""
 
 
 class Joints(Protocol):
-    """All joints that a page can choose from."""
+    """The joints of this ROS domain."""
 
-    space: str  # the one that a page shows first
+    namespace: str  # of the default joint
 
     def joints(self) -> list[str]:
         """Their namespaces."""
 
-    def ear(self, space: str) -> Source:
-        """One of them. Raises LookupError for one that is not there."""
+    def source(self, namespace: str) -> Source:
+        """The joint at `namespace`. Raises LookupError for an unknown one."""
 
 
 class Server:
-    """A page, its files, and a WebSocket on which every page gets its own joint at its own pace."""
+    """The page, its files, and a WebSocket that sends the frames of one joint to each page."""
 
     def __init__(self, joints: Joints) -> None:
         self._joints = joints
         self.application = web.Application()
-        self.application.add_routes([web.get("/ws", self._talk), web.get("/{name:[A-Za-z.]*}", _file)])
+        self.application.add_routes([web.get("/ws", self._serve_socket), web.get("/{name:[A-Za-z.]*}", _file)])
 
-    async def _talk(self, request: web.Request) -> web.WebSocketResponse:
+    async def _serve_socket(self, request: web.Request) -> web.WebSocketResponse:
         origin = request.headers.get("Origin")
         if origin and urlsplit(origin).netloc != request.host:
-            raise web.HTTPForbidden(text="pages of other sites may not look in")
-        space = request.query.get("joint", self._joints.space)
+            raise web.HTTPForbidden(text="pages of other origins are refused")
+        namespace = request.query.get("joint", self._joints.namespace)
         try:
-            source = self._joints.ear(space)
+            source = self._joints.source(namespace)
         except LookupError as error:
             raise web.HTTPNotFound(text=f"{error}\n") from error
         socket = web.WebSocketResponse(heartbeat=5.0, compress=False)
         await socket.prepare(request)
-        sender = asyncio.ensure_future(self._send(socket, space, source))
+        sender = asyncio.ensure_future(self._send(socket, namespace, source))
         try:
             async for message in socket:
                 if message.type is WSMsgType.ERROR:
@@ -69,27 +69,27 @@ class Server:
             sender.cancel()
         return socket
 
-    async def _send(self, socket: web.WebSocketResponse, space: str, source: Source) -> None:
-        """Hello, then what is new since the last frame, until the page goes away."""
-        board: Board = source.show.board
+    async def _send(self, socket: web.WebSocketResponse, namespace: str, source: Source) -> None:
+        """Send the header, then the new bins of each frame, until the page closes."""
+        series: TimeSeriesStore = source.model.series
         try:
-            hello = {"hello": space, "channels": board.channels, "width": 1e-9 * WIDTH_NS}
-            await socket.send_str(json.dumps(hello))
-            begin, era, count = 0, board.era, 0
+            header = {"namespace": namespace, "channels": series.channels, "bin_s": 1e-9 * BIN_NS}
+            await socket.send_str(json.dumps(header))
+            begin, epoch, count = 0, series.epoch, 0
             while not socket.closed:
                 frame: dict[str, Any] = {}
-                if board.era != era:
-                    begin, era = 0, board.era
-                if board.end > begin:
-                    frame = board.frame(begin)
+                if series.epoch != epoch:
+                    begin, epoch = 0, series.epoch
+                if series.end > begin:
+                    frame = series.frame(begin)
                     begin = frame["end"]
-                if count % WORDS == 0:
-                    frame["words"] = source.words() | {"joints": self._joints.joints()}
+                if count % STATE_EVERY == 0:
+                    frame["state"] = source.to_json() | {"joints": self._joints.joints()}
                 if frame:
                     await socket.send_str(json.dumps(frame, separators=(",", ":")))
                 count += 1
-                await asyncio.sleep(1.0 / FRAMES)
-        except (ConnectionError, RuntimeError):  # the page was closed while a frame was under way
+                await asyncio.sleep(1.0 / FRAME_RATE_HZ)
+        except (ConnectionError, RuntimeError):  # the page closed during a send
             pass
 
 
@@ -104,7 +104,7 @@ async def _file(request: web.Request) -> web.Response:
 
 
 async def serve(server: Server, host: str, port: int, work: Callable[[], Any], period: float) -> None:
-    """Serve until cancelled, doing `work` every `period` [s]. Raises OSError where the port is taken."""
+    """Serve until cancelled; call `work` every `period` [s]. Raises OSError where the port is in use."""
     runner = web.AppRunner(server.application, access_log=None)
     await runner.setup()
     try:
@@ -116,12 +116,12 @@ async def serve(server: Server, host: str, port: int, work: Callable[[], Any], p
         await runner.cleanup()
 
 
-async def look(address: str) -> None:
-    """Take all that a page at `address` (http://...) would get, and draw nothing: a page on another computer."""
+async def receive(address: str) -> None:
+    """Receive and discard all frames of a page at `address` (http://...): the load of a page on another computer."""
     async with ClientSession() as session, session.ws_connect(f"{address}/ws") as socket:
         async for _ in socket:
             pass
 
 
 if __name__ == "__main__":
-    asyncio.run(look(sys.argv[1]))
+    asyncio.run(receive(sys.argv[1]))

@@ -1,4 +1,4 @@
-"""What the live page shows, without clock, network or ROS: bins of least and greatest, words, numbers."""
+"""Time series of the live page: bins with minimum and maximum of every curve, delays, quantities of the table."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -7,74 +7,77 @@ from typing import Any
 
 from vsa_common.types import Status
 
-WIDTH_NS = 20_000_000  # of a bin: 50 points a second, however fast the data
-KEPT = 1500  # bins that a newly opened page gets, 30 s
-LATE = 3  # bins that a slower topic may lag behind the fastest
-HELD = 12  # empty bins that a slow topic's last value fills, 0.25 s
-SILENT = 0.5  # seconds without a message after which a topic is called silent
-FAR = 3_000_000_000  # a stamp that far back begins a new time axis [ns]
+BIN_NS = 20_000_000  # [ns] width of a bin: 50 points per second at any data rate
+MAX_BINS = 1500  # per curve: 30 s, the longest window of the page
+MAX_LAG = 3  # bins that a topic may lag behind the fastest one: 60 ms, above the jitter between the topics
+HOLD_BINS = 12  # empty bins that the last value of a slow topic fills: 0.24 s, above the period of estimator_state
+TIMEOUT_S = 0.5  # [s] without a message until a topic is SILENT
+MAX_JUMP_NS = 3_000_000_000  # [ns] a larger difference between stamps starts a new time axis (restart, other bag)
 
 Extremes = tuple[list[float], list[float]]
 
 
 class Stream:
-    """Least and greatest of each number of one topic in bins of WIDTH_NS of its own stamps.
+    """Minimum and maximum of each number of one topic in bins of BIN_NS of its stamps.
 
-    A number whose name ends in _std is given as its variance: the root is taken once a bin.
+    The value of a name that ends in _std is a variance; its square root is computed once per bin.
     """
 
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
         self._roots = [i for i, name in enumerate(names) if name.endswith("_std")]
-        self.newest = -1  # index of the bin that is being filled
+        self.newest = -1  # index of the newest bin
         self.restarts = 0
-        self._samples: dict[int, list[Sequence[float]]] = {}  # of the bins that may still get some
+        self._samples: dict[int, list[Sequence[float]]] = {}  # of the open bins
         self._bins: dict[int, Extremes] = {}
 
     def add(self, stamp_ns: int, values: Sequence[float]) -> None:
-        """One sample, in the order of `names`."""
-        index = stamp_ns // WIDTH_NS
-        found = self._samples.get(index)
-        if found is not None:
-            found.append(values)
+        """Add one sample, in the order of `names`."""
+        index = stamp_ns // BIN_NS
+        samples = self._samples.get(index)
+        if samples is not None:
+            samples.append(values)
             return
-        if abs(self.newest - index) > FAR // WIDTH_NS:
+        if abs(self.newest - index) > MAX_JUMP_NS // BIN_NS:
             self.restarts += self.newest >= 0
             self._bins.clear()
             self._samples.clear()
             self.newest = index
         self._samples[index] = [values]
         self.newest = max(self.newest, index)
-        while len(self._samples) > LATE + 1:
+        while len(self._samples) > MAX_LAG + 1:
             self._close(next(iter(self._samples)))
-        while len(self._bins) > KEPT:
+        while len(self._bins) > MAX_BINS:
             del self._bins[next(iter(self._bins))]
 
-    def rows(self, begin: int, end: int) -> list[Extremes | None]:
-        """The bins `begin` to `end`, a slow topic's held for HELD bins; None where there is nothing."""
+    def close_and_read(self, begin: int, end: int) -> list[Extremes | None]:
+        """Close the open bins before `end`; return bins `begin` to `end`.
+
+        An empty bin repeats the last one for up to HOLD_BINS bins, then it is None.
+        """
         for index in [index for index in self._samples if index < end]:
             self._close(index)
-        found: list[Extremes | None] = []
-        last, age = None, HELD
-        for index in range(begin - HELD, end):
-            here = self._bins.get(index)
-            last, age = (here, 0) if here else (last, age + 1)
+        rows: list[Extremes | None] = []
+        last, age = None, HOLD_BINS
+        for index in range(begin - HOLD_BINS, end):
+            extremes = self._bins.get(index)
+            last, age = (extremes, 0) if extremes else (last, age + 1)
             if index >= begin:
-                found.append(last if age < HELD else None)
-        return found
+                rows.append(last if age < HOLD_BINS else None)
+        return rows
 
     def _close(self, index: int) -> None:
         columns = list(zip(*self._samples.pop(index), strict=True))
         low, high = list(map(min, columns)), list(map(max, columns))
         for i in self._roots:
             low[i], high[i] = math.sqrt(max(low[i], 0.0)), math.sqrt(max(high[i], 0.0))
-        before = self._bins.get(index)
-        if before:  # a late sample
-            low, high = list(map(min, low, before[0])), list(map(max, high, before[1]))
+        closed = self._bins.get(index)
+        if closed:  # late samples
+            low, high = list(map(min, low, closed[0])), list(map(max, high, closed[1]))
         self._bins[index] = (low, high)
 
 
-class Board:
+class TimeSeriesStore:
     """All streams on one time axis."""
 
     def __init__(self, streams: dict[str, Stream]) -> None:
@@ -82,48 +85,48 @@ class Board:
 
     @property
     def channels(self) -> list[str]:
-        """Names of the columns of a frame, "transmission_1/force" and so on."""
+        """Names of the columns of a frame, as "transmission_1/force"."""
         return [f"{topic}/{name}" for topic, stream in self._streams.items() for name in stream.names]
 
     @property
-    def era(self) -> int:
-        """Grows when stamps jump and what was shown is void."""
+    def epoch(self) -> int:
+        """Number of restarts of the time axis; a change invalidates all earlier frames."""
         return sum(stream.restarts for stream in self._streams.values())
 
     @property
     def end(self) -> int:
-        """The first bin that is not complete yet; 0 before the first sample."""
-        return max(0, max((stream.newest for stream in self._streams.values()), default=0) - LATE)
+        """The first incomplete bin; 0 before the first sample."""
+        return max(0, max((stream.newest for stream in self._streams.values()), default=0) - MAX_LAG)
 
     def frame(self, begin: int) -> dict[str, Any]:
-        """Bins from `begin` (at most KEPT) to `end`: start, and for each channel its lows and highs."""
+        """Bins from `begin` (at most MAX_BINS) to `end`: minima and maxima for each channel."""
         end = self.end
-        begin = max(begin, end - KEPT, 0)
+        begin = max(begin, end - MAX_BINS, 0)
         lows: list[list[float | None]] = []
         highs: list[list[float | None]] = []
         for stream in self._streams.values():
-            rows = stream.rows(begin, end)
+            rows = stream.close_and_read(begin, end)
             for i in range(len(stream.names)):
-                lows.append([_short(row[0][i]) if row else None for row in rows])
-                highs.append([_short(row[1][i]) if row else None for row in rows])
-        return {"begin": begin, "end": end, "era": self.era, "low": lows, "high": highs}
+                lows.append([_rounded(row[0][i]) if row else None for row in rows])
+                highs.append([_rounded(row[1][i]) if row else None for row in rows])
+        return {"begin": begin, "end": end, "epoch": self.epoch, "low": lows, "high": highs}
 
 
 @dataclass
 class Delays:
-    """Time from sensor stamp to arrival, over the last messages."""
+    """Time from sensor stamp to arrival, over the last 1000 to 2000 messages."""
 
-    kept: list[float] = field(default_factory=list)  # [ms]
+    delays_ms: list[float] = field(default_factory=list)
 
     def add(self, delay_ns: int) -> None:
-        """One message's delay."""
-        self.kept.append(1e-6 * delay_ns)
-        if len(self.kept) > 2000:
-            del self.kept[:1000]
+        """Add the delay of one message [ns]."""
+        self.delays_ms.append(1e-6 * delay_ns)
+        if len(self.delays_ms) > 2000:
+            del self.delays_ms[:1000]
 
-    def words(self) -> dict[str, float]:
-        """p50, p99 and max [ms]; nothing before the first message or where the clocks differ."""
-        ordered = sorted(self.kept)
+    def to_json(self) -> dict[str, float]:
+        """p50, p99 and max [ms]; empty before the first message or where the clocks differ."""
+        ordered = sorted(self.delays_ms)
         if not ordered or not -1.0 < ordered[len(ordered) // 2] < 60e3:
             return {}
         return {
@@ -133,11 +136,11 @@ class Delays:
         }
 
 
-def status_word(status: float | None, age: float) -> str:
-    """One word for the state of an estimate whose last message is `age` old [s]."""
+def status_label(status: float | None, age: float) -> str:
+    """Status label of an estimate whose last message is `age` [s] old."""
     if status is None:
         return "WAITING"
-    if age > SILENT:
+    if age > TIMEOUT_S:
         return "SILENT"
     try:
         return Status(int(status)).name
@@ -145,16 +148,16 @@ def status_word(status: float | None, age: float) -> str:
         return "UNKNOWN"
 
 
-def quantity(value: float, variance: float, valid: float, *, fresh: bool = True) -> dict[str, Any]:
-    """An estimate as the page's table shows it, `std` in its unit; what is not fresh is not valid either."""
-    return {"value": _short(value), "std": _short(math.sqrt(max(variance, 0.0))), "valid": bool(valid) and fresh}
+def quantity(value: float, variance: float, valid: float, *, current: bool = True) -> dict[str, Any]:
+    """An estimate for the page's table, `std` in its unit; only a current value is valid."""
+    return {"value": _rounded(value), "std": _rounded(math.sqrt(max(variance, 0.0))), "valid": bool(valid) and current}
 
 
-def lost(counters: Iterable[int], before: tuple[int, int] | None) -> tuple[int, int]:
-    """(newest counter, frames lost so far) from the counters of a batch, given the same of the batch before."""
+def count_lost(counters: Iterable[int], before: tuple[int, int] | None) -> tuple[int, int]:
+    """Newest counter and total of lost frames after a batch of counters; `before` is the result of the last batch."""
     newest, missing = before or (-1, 0)
     for counter in counters:
-        if newest < 0 or counter <= newest:  # the first, or the rig began anew
+        if newest < 0 or counter <= newest:  # the first one, or the rig has restarted
             newest = counter
             continue
         missing += counter - newest - 1
@@ -162,6 +165,6 @@ def lost(counters: Iterable[int], before: tuple[int, int] | None) -> tuple[int, 
     return newest, missing
 
 
-def _short(value: float) -> float | None:
-    """Six digits; None for what JSON has no word for."""
+def _rounded(value: float) -> float | None:
+    """Six significant digits; None for a number that JSON cannot represent."""
     return float(f"{value:.6g}") if math.isfinite(value) else None

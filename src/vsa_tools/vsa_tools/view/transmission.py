@@ -1,22 +1,27 @@
-"""The live page's state of one transmission: bytes and messages in, curves and words out."""
+"""State of one transmission on the live page, from serialized messages."""
 
 from typing import Any
 
 from vsa_common.ros.cdr import Reader, read_counters, read_stamp
 from vsa_common.types import ResetReason
-from vsa_tools.view.events import Events, Tally
-from vsa_tools.view.section import Part
-from vsa_tools.view.time_series import Stream, lost, quantity
+from vsa_tools.view.events import CounterWatch, Events
+from vsa_tools.view.section import Section
+from vsa_tools.view.time_series import Stream, count_lost, quantity
 
-RATE_FILTER = 0.19  # of the force rate, what section VI implies [s]
+RATE_FILTER_S = 0.19  # [s] time constant of the force rate, implied by the noise figures of section VI
+MAX_STEP_S = 1.0  # [s] a longer step between samples restarts the force rate: its filter has settled by then
 
-_SPREAD = ("velocity", "acceleration", "stiffness", "damping", "inertia")
-_QUANTITIES = ("force", "deflection", *_SPREAD)
-_FIELDS = (*_QUANTITIES, *(f"{name}_variance" for name in _SPREAD), *(f"{name}_valid" for name in _QUANTITIES))
+_WITH_VARIANCE = ("velocity", "acceleration", "stiffness", "damping", "inertia")
+_QUANTITIES = ("force", "deflection", *_WITH_VARIANCE)
+_FIELDS = (
+    *_QUANTITIES,
+    *(f"{name}_variance" for name in _WITH_VARIANCE),
+    *(f"{name}_valid" for name in _QUANTITIES),
+)
 CURVES = ("force_rate", *(name.replace("_variance", "_std") for name in _FIELDS))
 _COEFFICIENTS = ("k2", "d1", "d2", "inertia", "force_offset", "coulomb_friction")
 _COUNTS = ("samples_fused", "samples_dropped", "force_rejected", "deflection_rejected", "reset_count")
-_TOLD = {  # counts of which the page tells when they grow
+_COUNTER_EVENTS = {  # text of the event for an increment
     "samples_dropped": "sample dropped",
     "force_rejected": "force rejected by the gate",
     "deflection_rejected": "position rejected by the gate",
@@ -24,7 +29,7 @@ _TOLD = {  # counts of which the page tells when they grow
 _RESETS = {reason.value: reason.name for reason in ResetReason}
 
 
-class SideShow(Part):
+class TransmissionSection(Section):
     """One transmission."""
 
     def __init__(self, name: str, reader: Reader, state_reader: Reader, events: Events) -> None:
@@ -32,46 +37,47 @@ class SideShow(Part):
         self.stream = Stream(CURVES)
         self.sensor = Stream(("position", "residual"))
         self._state_reader = state_reader
-        self._tally = Tally(name, events)
+        self._counter_watch = CounterWatch(name, events)
         self._state: dict[str, Any] = {}
-        self._counters: tuple[int, int] | None = None
-        self._smooth: tuple[int, float] = (0, 0.0)
+        self._lost: tuple[int, int] | None = None  # newest counter, samples lost
+        self._filtered_force: tuple[int, float] = (0, 0.0)  # stamp [ns], force [N]
 
-    def take_impedance(self, data: bytes, now: float) -> None:
-        """A TransmissionImpedance as it came, `now` on a steady clock [s]."""
-        stamp_ns, numbers = self.take(data, now)
-        self.stream.add(stamp_ns, (self._force_rate(stamp_ns, numbers[0]), *numbers))
+    def add_impedance(self, data: bytes, now: float) -> None:
+        """Add a serialized TransmissionImpedance at `now` [s] of a steady clock."""
+        stamp_ns, numbers = self.add_impedance_message(data, now)
+        self.stream.add(stamp_ns, (self._update_force_rate(stamp_ns, numbers[0]), *numbers))
 
-    def take_state(self, data: bytes) -> None:
-        """An EstimatorState as it came."""
+    def add_state(self, data: bytes) -> None:
+        """Add a serialized EstimatorState."""
         stamp_ns, values = self._state_reader.read(data)
         self._state = state = dict(zip(self._state_reader.names, values, strict=True))
         residual = state["deflection_innovation"]
-        self.sensor.add(stamp_ns, (state["deflection"] + residual, residual))  # spares the page the encoder's topic
-        for name, text in _TOLD.items():
-            self._tally.count(text, state[name], stamp_ns)
-        self._tally.count("reset", state["reset_count"], stamp_ns, "bad")
+        # The measured position without a subscription to the encoder's topic.
+        self.sensor.add(stamp_ns, (state["deflection"] + residual, residual))
+        for name, text in _COUNTER_EVENTS.items():
+            self._counter_watch.update(text, state[name], stamp_ns)
+        self._counter_watch.update("reset", state["reset_count"], stamp_ns, "error")
 
-    def take_counters(self, data: bytes) -> None:
-        """A batch of CaptureCounters as it came."""
+    def add_counters(self, data: bytes) -> None:
+        """Add a serialized batch of CaptureCounters."""
         stamp_ns, (_, counters) = read_stamp(data), read_counters(data)
-        self._counters = lost(counters, self._counters)
-        self._tally.count("sample lost on the bus", self._counters[1], stamp_ns, "bad")
+        self._lost = count_lost(counters, self._lost)
+        self._counter_watch.update("sample lost on the bus", self._lost[1], stamp_ns, "error")
 
-    def words(self, now: float) -> dict[str, Any]:
-        """Everything of this side that is not a curve."""
-        found = super().words(now)
+    def to_json(self, now: float) -> dict[str, Any]:
+        """Everything of this transmission except its curves."""
+        state = super().to_json(now)
         if self._state:
-            found |= self._state_words(self.fresh(now))
-        if self._counters is not None:
-            found["lost"] = self._counters[1]
-        return found
+            state |= self._estimator_state(self.is_current(now))
+        if self._lost is not None:
+            state["lost"] = self._lost[1]
+        return state
 
-    def _state_words(self, fresh: bool) -> dict[str, Any]:
+    def _estimator_state(self, current: bool) -> dict[str, Any]:
         state = self._state
         return {
             "coefficients": {
-                name: quantity(*(state[name + end] for end in ("", "_variance", "_valid")), fresh=fresh)
+                name: quantity(*(state[name + end] for end in ("", "_variance", "_valid")), current=current)
                 for name in _COEFFICIENTS
             },
             "reason": state["reason"],
@@ -80,12 +86,13 @@ class SideShow(Part):
             **{name: state[name] for name in _COUNTS},
         }
 
-    def _force_rate(self, stamp_ns: int, force: float) -> float:
-        before, smooth = self._smooth
-        dt = 1e-9 * (stamp_ns - before)
-        if not 0.0 < dt < 1.0:
-            self._smooth = (stamp_ns, force) if before != stamp_ns else self._smooth
+    def _update_force_rate(self, stamp_ns: int, force: float) -> float:
+        """Force rate [N/s] of the first-order filter after a sample; 0 after a gap."""
+        last_ns, filtered = self._filtered_force
+        dt = 1e-9 * (stamp_ns - last_ns)
+        if not 0.0 < dt < MAX_STEP_S:
+            self._filtered_force = (stamp_ns, force) if last_ns != stamp_ns else self._filtered_force
             return 0.0
-        rate = (force - smooth) / (RATE_FILTER + dt)
-        self._smooth = (stamp_ns, smooth + rate * dt)
+        rate = (force - filtered) / (RATE_FILTER_S + dt)
+        self._filtered_force = (stamp_ns, filtered + rate * dt)
         return rate

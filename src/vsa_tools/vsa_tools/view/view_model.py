@@ -1,4 +1,4 @@
-"""The state behind the live page of one joint: bytes and messages in, frames of curves and a table of words out."""
+"""View model of the live page of one joint: messages in, frames of curves and a JSON state out."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,55 +6,61 @@ from typing import Any
 from vsa_common.ros.cdr import Reader
 from vsa_tools.topics import TRANSMISSIONS
 from vsa_tools.view.events import Events
-from vsa_tools.view.joint import JointShow
-from vsa_tools.view.time_series import Board
-from vsa_tools.view.transmission import SideShow
+from vsa_tools.view.joint import JointSection
+from vsa_tools.view.time_series import TimeSeriesStore
+from vsa_tools.view.transmission import TransmissionSection
 
 Fields = Mapping[str, str]  # of a message: kind by name
 
 
-class Show:
-    """A joint with its two transmissions, from TransmissionImpedance, EstimatorState and JointImpedance."""
+class ViewModel:
+    """A joint with its two transmissions.
 
-    def __init__(self, of_side: Fields, of_state: Fields, of_joint: Fields) -> None:
+    The arguments are the fields of TransmissionImpedance, EstimatorState and JointImpedance.
+    """
+
+    def __init__(self, impedance: Fields, state: Fields, joint: Fields) -> None:
         self.events = Events()
-        self.sides = {name: SideShow(name, Reader(of_side), Reader(of_state), self.events) for name in TRANSMISSIONS}
-        self.joint = JointShow(Reader(of_joint), self.events)
-        self._complaints: dict[str, str] = {}
+        self.transmissions = {
+            name: TransmissionSection(name, Reader(impedance), Reader(state), self.events) for name in TRANSMISSIONS
+        }
+        self.joint = JointSection(Reader(joint), self.events)
+        self._diagnostics: dict[str, str] = {}  # text by node, above OK
         streams = {"joint": self.joint.stream}
-        for name, side in self.sides.items():
-            streams |= {name: side.stream, f"{name}/sensor": side.sensor}
-        self.board = Board(streams)
+        for name, section in self.transmissions.items():
+            streams |= {name: section.stream, f"{name}/sensor": section.sensor}
+        self.series = TimeSeriesStore(streams)
 
-    def take_diagnostics(self, message: Any, time_ns: int, space: str = "") -> None:
-        """What the nodes below namespace `space` say of themselves; only complaints are kept."""
+    def add_diagnostics(self, message: Any, time_ns: int, namespace: str = "") -> None:
+        """Add a DiagnosticArray; nodes outside `namespace` are ignored, and only levels above OK are kept."""
         for status in message.status:
-            if not status.name.startswith(space):
+            if not status.name.startswith(namespace):
                 continue
-            name, level = status.name.removeprefix(space).lstrip("/"), ord(status.level)
-            if level and name not in self._complaints:
-                self.events.add(time_ns, name, status.message, "warn" if level == 1 else "bad")
-            elif not level and name in self._complaints:
-                self.events.add(time_ns, name, "well again", "good")
-            self._complaints.pop(name, None)
+            name, level = status.name.removeprefix(namespace).lstrip("/"), ord(status.level)
+            if level and name not in self._diagnostics:
+                self.events.add(time_ns, name, status.message, "warning" if level == 1 else "error")
+            elif not level and name in self._diagnostics:
+                self.events.add(time_ns, name, "back to OK", "ok")
+            self._diagnostics.pop(name, None)
             if level:
-                self._complaints[name] = status.message
+                self._diagnostics[name] = status.message
 
-    def watch(self, now: float, wall_ns: int) -> None:
-        """Notice what makes no message: silence, at `now` [s] of a steady clock and `wall_ns` of the day's."""
-        self.joint.watch(now, wall_ns)
-        for side in self.sides.values():
-            side.watch(now, wall_ns)
+    def check_timeouts(self, now: float, wall_ns: int) -> None:
+        """Detect timeouts at `now` [s] of a steady clock and `wall_ns` of the wall clock."""
+        self.joint.check_timeout(now, wall_ns)
+        for section in self.transmissions.values():
+            section.check_timeout(now, wall_ns)
 
     def ages(self, now: float) -> dict[str, float]:
-        """Time since the last impedance of each part [s]."""
-        return {"joint": now - self.joint.seen} | {name: now - side.seen for name, side in self.sides.items()}
+        """Time since the last impedance of each source [s]."""
+        sections = {"joint": self.joint} | self.transmissions
+        return {name: now - section.last_time for name, section in sections.items()}
 
-    def words(self, now: float) -> dict[str, Any]:
-        """The table, the drawing's numbers, the status words and the events at `now` [s] of a steady clock."""
+    def to_json(self, now: float) -> dict[str, Any]:
+        """Table, drawing, status and events at `now` [s] of a steady clock."""
         return {
-            "joint": self.joint.words(now),
-            "complaints": self._complaints,
-            "events": self.events.words(),
-            **{name: side.words(now) for name, side in self.sides.items()},
+            "joint": self.joint.to_json(now),
+            "diagnostics": self._diagnostics,
+            "events": self.events.to_json(),
+            **{name: section.to_json(now) for name, section in self.transmissions.items()},
         }

@@ -1,15 +1,15 @@
-// The joint as it is built: two springs with their dampers, moving rods, tendons, pulley and link.
+// Drawing of the joint: two springs with dampers, rods, tendons, pulley and link.
 const NS = "http://www.w3.org/2000/svg";
 const WALL = 18, REST = 150, STRETCH = 5000, PULLEY = { x: 395, y: 132, r: 46 }, ROWS = [PULLEY.y - 46, PULLEY.y + 46];
-const SOFT = 300, STIFF = 30000; // ends of the colours [N/m]
+const SOFT = 300, STIFF = 30000; // ends of the colour scale [N/m]
 
-// Where a value lies between two others on a logarithmic scale, 0 to 1.
-export const share = (value, low, high) => Math.log(value / low) / Math.log(high / low);
+// Position of a value between two limits on a logarithmic scale, 0 to 1.
+export const logFraction = (value, low, high) => Math.log(value / low) / Math.log(high / low);
 const color = (at) => `hsl(${Math.round(210 + 150 * at)} 80% ${Math.round(54 - 4 * at)}%)`;
-const spread = (stiffness) => Math.min(1, Math.max(0, share(Math.max(stiffness, 1), SOFT, STIFF)));
+const colorPosition = (stiffness) => Math.min(1, Math.max(0, logFraction(Math.max(stiffness, 1), SOFT, STIFF)));
 
-// Soft is blue, stiff is red; as a background from left to right.
-export const stiffnessColor = (stiffness) => color(spread(stiffness));
+// Blue is soft, red is stiff; the gradient runs from left to right.
+export const stiffnessColor = (stiffness) => color(colorPosition(stiffness));
 export const gradient = () => `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map(color).join(", ")})`;
 
 function make(parent, kind, attributes, text = "") {
@@ -52,21 +52,21 @@ export class Drawing {
   }
 
   legend(svg) {
-    const ramp = make(svg, "linearGradient", { id: "ramp" }), words = { y: 260, fill: "var(--soft)", "font-size": 12 };
+    const ramp = make(svg, "linearGradient", { id: "ramp" }), text = { y: 260, fill: "var(--soft)", "font-size": 12 };
     for (const at of [0, 0.25, 0.5, 0.75, 1]) make(ramp, "stop", { offset: at, "stop-color": color(at) });
-    make(svg, "text", { ...words, x: WALL }, `soft, ${SOFT / 1000} N/mm`);
+    make(svg, "text", { ...text, x: WALL }, `soft, ${SOFT / 1000} N/mm`);
     make(svg, "rect", { x: WALL + 98, y: 251, width: 120, height: 9, rx: 4.5, fill: "url(#ramp)" });
-    make(svg, "text", { ...words, x: WALL + 228 }, `${STIFF / 1000} N/mm, stiff`);
+    make(svg, "text", { ...text, x: WALL + 228 }, `${STIFF / 1000} N/mm, stiff`);
   }
 
-  update(words) {
+  update(state) {
     this.sides.forEach((side, i) => {
-      const { deflection, stiffness } = words[`transmission_${i + 1}`] ?? {};
+      const { deflection, stiffness } = state[`transmission_${i + 1}`] ?? {};
       const end = WALL + REST + Math.min(120, Math.max(-60, STRETCH * (deflection?.value ?? 0.008)));
       const below = i ? 1 : -1, damper = side.y + below * 27, middle = WALL + 0.5 * REST;
       side.spring.setAttribute("d", coil(WALL, end, side.y));
       side.spring.setAttribute("stroke", stiffness ? stiffnessColor(stiffness.value) : "var(--idle)");
-      side.spring.setAttribute("stroke-width", stiffness ? (2 + 4 * spread(stiffness.value)).toFixed(1) : 3);
+      side.spring.setAttribute("stroke-width", stiffness ? (2 + 4 * colorPosition(stiffness.value)).toFixed(1) : 3);
       side.spring.setAttribute("stroke-opacity", stiffness?.valid ? 1 : 0.45);
       side.damper.setAttribute("d", `M${WALL} ${damper}H${middle}m0 -8v16M${middle + 26} ${damper - 10}h-40m0 20h40M${middle} ${damper}` +
         `M${middle + 26} ${damper - 10}v20V${damper}H${end}V${side.y}`);
@@ -75,7 +75,7 @@ export class Drawing {
       side.rod.setAttribute("cy", side.y);
       side.label.textContent = stiffness?.value == null ? "–" : `${(stiffness.value / 1000).toPrecision(3)} N/mm${stiffness.valid ? "" : " ?"}`;
     });
-    const angle = words.joint?.angle, degrees = (angle ?? 0) * 180 / Math.PI;
+    const angle = state.joint?.angle, degrees = (angle ?? 0) * 180 / Math.PI;
     this.link.setAttribute("transform", `rotate(${degrees.toFixed(2)} ${PULLEY.x} ${PULLEY.y})`);
     this.angle.textContent = angle == null ? "" : `angle ${degrees.toFixed(1).replace("-", "−")}°`;
   }

@@ -1,16 +1,16 @@
-// Curves over time with their bands, and the two laws of the paper's Fig. 9.
+// Curves over time with bands, and the two laws of the paper's Fig. 9.
 const HEIGHT = 190;
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const pale = (color, share) => `color-mix(in srgb, ${color} ${share}%, transparent)`;
-export const axis = { zoom: () => {}, whole: () => {} }; // what dragging and double clicking do
+export const axis = { zoom: () => {}, reset: () => {} }; // handlers of dragging and double clicking
 
-// title, unit, factor from SI, and what to draw; `spread`: with an interval, `checked`: with a validity
-const both = (name, { spread = true, checked = true, wide = false, at = name } = {}) => ["one", "two"].map((color, i) => {
+// Title, unit, factor from SI, lines; `interval`: with a standard deviation, `validity`: with a validity flag.
+const both = (name, { interval = true, validity = true, wide = false, at = name } = {}) => ["one", "two"].map((color, i) => {
   const channel = `transmission_${i + 1}/${at}`;
-  return { channel, color, wide, std: spread && `${channel}_std`, valid: checked && `${channel}_valid`, log: name === "stiffness" };
+  return { channel, color, wide, std: interval && `${channel}_std`, valid: validity && `${channel}_valid`, log: name === "stiffness" };
 });
 const joint = (name) => [{ channel: `joint/${name}`, color: "joint", std: `joint/${name}_std`, valid: `joint/${name}_valid`, log: name === "stiffness" }];
-const bare = { spread: false, checked: false };
+const bare = { interval: false, validity: false };
 export const PANELS = [
   ["joint stiffness K", "N m/rad", 1, joint("stiffness")],
   ["joint damping D", "N m s/rad", 1, joint("damping")],
@@ -18,9 +18,9 @@ export const PANELS = [
   ["stiffness", "N/mm", 1e-3, both("stiffness")],
   ["damping", "N s/mm", 1e-3, both("damping")],
   ["mass", "kg", 1, both("inertia")],
-  ["force", "N", 1, both("force", { spread: false })],
+  ["force", "N", 1, both("force", { interval: false })],
   ["force rate", "N/s", 1, both("force_rate", bare)],
-  ["position: measured (wide) and estimated", "mm", 1e3, [...both("position", { ...bare, wide: true, at: "sensor/position" }), ...both("deflection", { spread: false })]],
+  ["position: measured (wide) and estimated", "mm", 1e3, [...both("position", { ...bare, wide: true, at: "sensor/position" }), ...both("deflection", { interval: false })]],
   ["position residual", "µm", 1e6, both("residual", { ...bare, at: "sensor/residual" })],
   ["velocity", "mm/s", 1e3, both("velocity")],
   ["acceleration", "mm/s²", 1e3, both("acceleration")],
@@ -38,17 +38,17 @@ function card(parent, title, unit, kind = "") {
   return section.lastChild;
 }
 
-class Shown { // draws only what is on the screen
+class OnScreen { // its `visible` is false while it is scrolled away
   constructor(element) {
     this.visible = true;
-    new IntersectionObserver((seen) => { this.visible = seen.at(-1).isIntersecting; }, { rootMargin: "100px" }).observe(element);
+    new IntersectionObserver((entries) => { this.visible = entries.at(-1).isIntersecting; }, { rootMargin: "100px" }).observe(element);
   }
 }
 
 const bounds = (value, std, log) => (log && value > 0 ? [value * Math.exp(-1.96 * std / value), value * Math.exp(1.96 * std / value)]
   : [value - 1.96 * std, value + 1.96 * std]);
 
-export class Curves extends Shown {
+export class Curves extends OnScreen {
   constructor(parent, [title, unit, factor, lines]) {
     const box = card(parent, title, unit);
     super(box);
@@ -59,21 +59,21 @@ export class Curves extends Shown {
 
   build() {
     const series = [{}], bands = [];
-    for (const line of this.lines) { // of each line: least, greatest, what is not valid, interval
-      const color = css(`--${line.color}`), at = series.length, none = { stroke: "transparent", width: 0, points: { show: false } };
-      const thin = { stroke: line.wide ? pale(color, 35) : color, width: line.wide ? 4 : 1.3, points: { show: false } };
-      series.push(thin, { ...thin }, { ...thin, stroke: pale(color, 35), width: 1 }, none, { ...none });
-      bands.push({ series: [at + 1, at], fill: thin.stroke }, { series: [at + 4, at + 3], fill: pale(color, 22) });
+    for (const line of this.lines) { // of each line: minimum, maximum, invalid values, interval
+      const color = css(`--${line.color}`), at = series.length, hidden = { stroke: "transparent", width: 0, points: { show: false } };
+      const stroke = { stroke: line.wide ? pale(color, 35) : color, width: line.wide ? 4 : 1.3, points: { show: false } };
+      series.push(stroke, { ...stroke }, { ...stroke, stroke: pale(color, 35), width: 1 }, hidden, { ...hidden });
+      bands.push({ series: [at + 1, at], fill: stroke.stroke }, { series: [at + 4, at + 3], fill: pale(color, 22) });
     }
-    const look = { stroke: css("--soft"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui" };
+    const style = { stroke: css("--soft"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui" };
     const minus = (values) => values.map((value) => (value == null ? null : String(+value.toPrecision(6)).replace("-", "−")));
     this.plot?.destroy();
     this.plot = new uPlot({
       width: this.box.clientWidth || 360, height: HEIGHT, series, bands, legend: { show: false },
-      cursor: { y: false, points: { show: false }, sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, bind: { dblclick: () => () => axis.whole() } },
+      cursor: { y: false, points: { show: false }, sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, bind: { dblclick: () => () => axis.reset() } },
       hooks: { setSelect: [(plot) => this.selected(plot)], setCursor: [(plot) => this.read(plot.cursor.idx)] },
       scales: { x: { time: false }, y: { range: (_, low, high) => this.range ?? [low, high] } },
-      axes: [{ ...look, size: 26, values: (_, values) => minus(values).map((text) => `${text} s`) }, { ...look, size: 48, values: (_, values) => minus(values) }],
+      axes: [{ ...style, size: 26, values: (_, values) => minus(values).map((text) => `${text} s`) }, { ...style, size: 48, values: (_, values) => minus(values) }],
     }, [[]], this.box);
   }
 
@@ -93,31 +93,31 @@ export class Curves extends Shown {
 
   draw(time, columns, from, to) {
     if (!this.visible) return;
-    const data = [time], count = time.length, sure = [Infinity, -Infinity], all = [Infinity, -Infinity], { factor } = this;
-    const grow = (range, low, high) => { range[0] = Math.min(range[0], low); range[1] = Math.max(range[1], high); };
+    const data = [time], count = time.length, validRange = [Infinity, -Infinity], all = [Infinity, -Infinity], { factor } = this;
+    const extend = (range, low, high) => { range[0] = Math.min(range[0], low); range[1] = Math.max(range[1], high); };
     for (const line of this.lines) {
-      const found = columns.get(line.channel), std = line.std && columns.get(line.std).high, valid = line.valid && columns.get(line.valid).low;
-      const [low, high, other, below, above] = Array.from({ length: 5 }, () => new Array(count).fill(null));
+      const series = columns.get(line.channel), std = line.std && columns.get(line.std).high, valid = line.valid && columns.get(line.valid).low;
+      const [low, high, invalid, below, above] = Array.from({ length: 5 }, () => new Array(count).fill(null));
       for (let i = 0, k = from; k < to; i++, k++) {
-        const least = found?.low[k], most = found?.high[k];
-        if (least == null) continue;
-        grow(all, least, most);
-        if (valid && !valid[k]) { other[i] = 0.5 * (least + most) * factor; continue; }
-        grow(sure, least, most);
-        low[i] = least * factor; high[i] = most * factor;
-        if (std) { below[i] = bounds(least, std[k], line.log)[0] * factor; above[i] = bounds(most, std[k], line.log)[1] * factor; }
+        const min = series?.low[k], max = series?.high[k];
+        if (min == null) continue;
+        extend(all, min, max);
+        if (valid && !valid[k]) { invalid[i] = 0.5 * (min + max) * factor; continue; }
+        extend(validRange, min, max);
+        low[i] = min * factor; high[i] = max * factor;
+        if (std) { below[i] = bounds(min, std[k], line.log)[0] * factor; above[i] = bounds(max, std[k], line.log)[1] * factor; }
       }
-      data.push(low, high, other, below, above);
+      data.push(low, high, invalid, below, above);
     }
-    const [low, high] = sure[0] <= sure[1] ? sure : all, room = 0.12 * (high - low) || 0.1 * Math.abs(high) || 1;
-    this.range = low <= high ? [(low - room) * factor, (high + room) * factor] : [0, 1];
+    const [low, high] = validRange[0] <= validRange[1] ? validRange : all, margin = 0.12 * (high - low) || 0.1 * Math.abs(high) || 1;
+    this.range = low <= high ? [(low - margin) * factor, (high + margin) * factor] : [0, 1];
     this.plot.setData(data);
   }
 }
 
-const step = (span) => { const rough = span / 6, power = 10 ** Math.floor(Math.log10(rough)); return power * [1, 2, 5, 10].find((one) => one * power >= rough); };
+const tickStep = (span) => { const target = span / 6, power = 10 ** Math.floor(Math.log10(target)); return power * [1, 2, 5, 10].find((one) => one * power >= target); };
 
-export class Law extends Shown {
+export class Law extends OnScreen {
   constructor(parent, [title, unit, unitAcross, across, up]) {
     const box = card(parent, title, `${unit} over ${unitAcross}`, "law");
     const canvas = Object.assign(document.createElement("canvas"), { className: "flat" });
@@ -142,9 +142,9 @@ export class Law extends Shown {
     const line = (...ends) => { pen.beginPath(); pen.moveTo(ends[0], ends[1]); pen.lineTo(ends[2], ends[3]); pen.stroke(); };
     const label = (value, x, y) => pen.fillText(String(+value.toPrecision(6)).replace("-", "−"), x, y);
     pen.textAlign = "center";
-    for (let s = step(x1 - x0), x = Math.ceil(x0 / s) * s; x <= x1; x += s) { line(across(x), 10, across(x), bottom); label(x, across(x), height - 8); }
+    for (let s = tickStep(x1 - x0), x = Math.ceil(x0 / s) * s; x <= x1; x += s) { line(across(x), 10, across(x), bottom); label(x, across(x), height - 8); }
     pen.textAlign = "right";
-    for (let s = step(y1 - y0), y = Math.ceil(y0 / s) * s; y <= y1; y += s) { line(left, up(y), width - 12, up(y)); label(y, left - 6, up(y) + 4); }
+    for (let s = tickStep(y1 - y0), y = Math.ceil(y0 / s) * s; y <= y1; y += s) { line(left, up(y), width - 12, up(y)); label(y, left - 6, up(y) + 4); }
     sides.forEach((points, i) => {
       pen.fillStyle = css(i ? "--two" : "--one");
       for (const [x, y] of points) pen.fillRect(across(x) - 1, up(y) - 1, 2.2, 2.2);
@@ -153,17 +153,17 @@ export class Law extends Shown {
 
   points(columns, side, from, to) {
     const x = columns.get(`${side}/${this.across}`), y = columns.get(`${side}/${this.up}`), valid = columns.get(`${side}/${this.up}_valid`);
-    const found = [];
+    const points = [];
     for (let i = from; x && i < to; i++) {
-      if (x.low[i] != null && y.low[i] != null && valid.low[i]) found.push([500 * (x.low[i] + x.high[i]), 5e-4 * (y.low[i] + y.high[i])]);
+      if (x.low[i] != null && y.low[i] != null && valid.low[i]) points.push([500 * (x.low[i] + x.high[i]), 5e-4 * (y.low[i] + y.high[i])]);
     }
-    return found;
+    return points;
   }
 }
 
 function extent(points, k) {
   let low = Infinity, high = -Infinity;
   for (const point of points) { low = Math.min(low, point[k]); high = Math.max(high, point[k]); }
-  const room = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
-  return [low - room, high + room];
+  const margin = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
+  return [low - margin, high + margin];
 }

@@ -1,5 +1,5 @@
-// Everything on the page that is text: status, table, numbers, health, reasons, events.
-import { gradient, share } from "./drawing.js";
+// The texts of the page: status, table, numbers, health, reasons, events.
+import { gradient, logFraction } from "./drawing.js";
 
 const byId = (id) => document.getElementById(id);
 const QUANTITIES = [
@@ -19,7 +19,7 @@ function make(kind, className, ...children) {
 
 const minus = (text) => text.replace("-", "−");
 
-// "0.26746", "0.00027": the value to the two digits of its half width.
+// "0.26746", "0.00027": the value with the digits of its half width, which has two.
 export function withInterval(value, half) {
   if (!(half > 0)) return [minus(String(+value.toPrecision(4))), "0"];
   const decimals = Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(half))));
@@ -28,29 +28,29 @@ export function withInterval(value, half) {
 
 const tag = (valid) => make("i", valid ? "tag valid" : "tag", valid ? "valid" : "not valid");
 
-function cell(found, factor) {
-  if (found?.value == null) return make("td", "", "–");
-  const [value, half] = withInterval(found.value * factor, 1.96 * found.std * Math.abs(factor));
-  return make("td", found.valid ? "" : "off", `${value} `, make("small", "", `± ${half}`), " ", tag(found.valid));
+function cell(estimate, factor) {
+  if (estimate?.value == null) return make("td", "", "–");
+  const [value, half] = withInterval(estimate.value * factor, 1.96 * estimate.std * Math.abs(factor));
+  return make("td", estimate.valid ? "" : "off", `${value} `, make("small", "", `± ${half}`), " ", tag(estimate.valid));
 }
 
 function row(id, title, unit, ...cells) {
-  const found = make("tr", "", make("td", "", `${title} `, make("small", "", unit)), ...cells);
-  found.id = `row_${id}`;
-  return found;
+  const element = make("tr", "", make("td", "", `${title} `, make("small", "", unit)), ...cells);
+  element.id = `row_${id}`;
+  return element;
 }
 
-export function chip(id, word, text) {
+export function setStatus(id, status, text) {
   const element = byId(id);
-  element.dataset.word = word;
-  (element.querySelector("b") ?? element).textContent = text ?? word;
+  element.dataset.status = status;
+  (element.querySelector("b") ?? element).textContent = text ?? status;
 }
 
-function number(found, title, unit, factor) {
-  const box = make("div", found?.valid ? "number" : "number off", make("small", "", title));
-  if (found?.value == null) { box.append(make("b", "", "–"), make("span", "", unit)); return box; }
-  const [value, half] = withInterval(found.value * factor, 1.96 * found.std * factor);
-  box.append(make("b", "", value), make("span", "", `± ${half} ${unit} `), tag(found.valid));
+function number(estimate, title, unit, factor) {
+  const box = make("div", estimate?.valid ? "number" : "number off", make("small", "", title));
+  if (estimate?.value == null) { box.append(make("b", "", "–"), make("span", "", unit)); return box; }
+  const [value, half] = withInterval(estimate.value * factor, 1.96 * estimate.std * factor);
+  box.append(make("b", "", value), make("span", "", `± ${half} ${unit} `), tag(estimate.valid));
   return box;
 }
 
@@ -60,49 +60,49 @@ function gauge(joint) {
   if (box.hidden) return;
   const [low, high] = joint.range, text = (value) => `${value.toPrecision(2)}`;
   box.style.background = gradient();
-  box.querySelector("i").style.left = `${100 * Math.min(1, Math.max(0, share(joint.stiffness.value, low, high)))}%`;
+  box.querySelector("i").style.left = `${100 * Math.min(1, Math.max(0, logFraction(joint.stiffness.value, low, high)))}%`;
   box.querySelector(".low").textContent = `soft, ${text(low)}`;
-  box.querySelector(".what").textContent = "stiffness K within what can be set here";
+  box.querySelector(".title").textContent = "stiffness K within its reachable range";
   box.querySelector(".high").textContent = `${text(high)} N m/rad, stiff`;
 }
 
-function remarks(words, sides) {
+function remarks(state, sides) {
   const lines = [];
   sides.forEach((side, i) => {
-    const said = [side.reason, ...(side.observability ?? [])].filter(Boolean);
-    if (side.reset_count) said.push(`last reset: ${side.reset_reason}`);
-    lines.push(...new Set(said.map((text) => `transmission ${i + 1}: ${text}`)));
+    const texts = [side.reason, ...(side.observability ?? [])].filter(Boolean);
+    if (side.reset_count) texts.push(`last reset: ${side.reset_reason}`);
+    lines.push(...new Set(texts.map((text) => `transmission ${i + 1}: ${text}`)));
   });
-  if (words.joint.reason) lines.push(`joint: ${words.joint.reason}`);
-  for (const [node, text] of Object.entries(words.complaints)) lines.push(`${node}: ${text}`);
-  if (!lines.length) lines.push("no complaint");
+  if (state.joint.reason) lines.push(`joint: ${state.joint.reason}`);
+  for (const [node, text] of Object.entries(state.diagnostics)) lines.push(`${node}: ${text}`);
+  if (!lines.length) lines.push("no diagnostics above OK");
   byId("remarks").replaceChildren(...lines.map((text) => make("li", "", text)));
 }
 
-function events(found) {
+function events(list) {
   const clock = (time) => new Date(1000 * time).toLocaleTimeString("en-GB");
-  byId("events").replaceChildren(...found.toReversed().map(({ time, who, text, tone, times }) =>
-    make("li", tone, make("time", "", clock(time)), ` ${who.replace("_", " ")}: ${text}`, times > 1 ? ` ×${times}` : "")));
+  byId("events").replaceChildren(...list.toReversed().map(({ time, source, text, severity, count }) =>
+    make("li", severity, make("time", "", clock(time)), ` ${source.replace("_", " ")}: ${text}`, count > 1 ? ` ×${count}` : "")));
 }
 
-// Status and the reason for an empty page always; the rest unless the page is `paused`.
-export function show(words, paused) {
-  const none = words.no_data ?? [];
-  byId("no_data").hidden = !none.length;
-  byId("no_data").replaceChildren(make("b", "", "No data"), ...none.map((text) => make("span", "", text)));
-  for (const name of ["transmission_1", "transmission_2", "joint"]) if (words[name]) chip(`status_${name}`, words[name].status);
+// Status and reasons for missing data are always updated; the rest unless the page is `paused`.
+export function updateTexts(state, paused) {
+  const reasons = state.no_data ?? [];
+  byId("no_data").hidden = !reasons.length;
+  byId("no_data").replaceChildren(make("b", "", "No data"), ...reasons.map((text) => make("span", "", text)));
+  for (const name of ["transmission_1", "transmission_2", "joint"]) if (state[name]) setStatus(`status_${name}`, state[name].status);
   if (paused) return;
-  const sides = [words.transmission_1, words.transmission_2];
+  const sides = [state.transmission_1, state.transmission_2];
   byId("quantities").replaceChildren(...QUANTITIES.map(([name, title, unit, factor]) =>
     row(name, title, unit, ...sides.map((side) => cell(side[name] ?? side.coefficients?.[name], factor)))));
   sides.forEach((side, i) => { byId("coefficients").dataset[`stamp${i + 1}`] = side.stamp_ns ?? ""; });
   const counts = COUNTS.map(([name, title]) => row(name, title, "", ...sides.map((side) => make("td", "", String(side[name] ?? "–")))));
-  const { delay } = words.joint, across = make("td", "", delay?.p50 === undefined ? "–" : `${delay.p50} median, ${delay.p99} for 99 %, ${delay.max} most`);
+  const { delay } = state.joint, across = make("td", "", delay?.p50 === undefined ? "–" : `median ${delay.p50}, 99 % ${delay.p99}, maximum ${delay.max}`);
   across.colSpan = 2;
   byId("health").replaceChildren(...counts, row("delay", "sensor to page", "ms", across));
-  byId("numbers").replaceChildren(...NUMBERS.map(([name, title, unit, factor]) => number(words.joint[name], title, unit, factor)));
-  byId("numbers").dataset.stamp = words.joint.stamp_ns ?? "";
-  gauge(words.joint);
-  remarks(words, sides);
-  events(words.events);
+  byId("numbers").replaceChildren(...NUMBERS.map(([name, title, unit, factor]) => number(state.joint[name], title, unit, factor)));
+  byId("numbers").dataset.stamp = state.joint.stamp_ns ?? "";
+  gauge(state.joint);
+  remarks(state, sides);
+  events(state.events);
 }
