@@ -3,7 +3,7 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-package = ElementTree.parse("package.xml").getroot()  # name, version and licence stand there alone
+package = ElementTree.parse("package.xml").getroot()  # the only definition of name, version and licence
 name = package.findtext("name")
 
 setup(

@@ -53,7 +53,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._last_seen_ns = dict.fromkeys(self._router.transmissions, 0)
         self._holding = False
         self._max_delay_ns = 0
-        self._increases = CounterDelta()
+        self._fault_delta = CounterDelta()
         self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
         self._rig = RigTopics(self, self._motors)
         pause_s = self.common.realtime.rest
@@ -104,7 +104,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         }
         self._max_delay_ns = 0
         fault_counts = {name: count for name, count in counts.items() if not name.endswith(_NO_FAULT)}
-        faults = self._increases.increases(fault_counts | {"bus_failures": self.link.failures}, time.monotonic())
+        faults = self._fault_delta.increases(fault_counts | {"bus_failures": self.link.failures}, time.monotonic())
         if not self.link.up:
             return ERROR, f"bus down: {self.link.reason or 'its thread has ended'}", values
         timed_out = self._timed_out()

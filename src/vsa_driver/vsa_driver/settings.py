@@ -6,7 +6,7 @@ from vsa_common.config.configuration import ConfigurationError, flag, group, qua
 from vsa_driver.can.bus import BusConfig
 
 _FORCE = "message.signal of the DBC that carries the rod force"
-_ENCODER = "message.signal that carries the encoder; where it is another message, both make one sample"
+_ENCODER = "message.signal that carries the encoder; where the message is another one, both are merged into one sample"
 _COUNTER = "message.signal that numbers the samples; empty: the device sends none"
 
 
@@ -23,11 +23,13 @@ class TransmissionSettings:
     counter_signal: str = string("Transmission1.RollingCounter", _COUNTER)
     force_scale: float = quantity(1.0, "N per unit of the signal", 1e-12, 1e12, "from `./vsa calibrate`")
     force_offset: float = quantity(0.0, "N", -1e5, 1e5, "from `./vsa calibrate`")
-    force_reversed: bool = flag(False, "the sensor reads less when the tension grows")
-    force_limit: float = quantity(200.0, "N", 1e-3, 1e6, "full scale of the sensor; from there on counted as saturated")
+    force_reversed: bool = flag(False, "the signal decreases with increasing tension")
+    force_limit: float = quantity(
+        200.0, "N", 1e-3, 1e6, "full scale of the sensor; at and beyond it counted as saturated"
+    )
     encoder_scale: float = quantity(1e-5, "m per unit of the signal", 1e-12, 1e6, "travel of the rod a count")
     encoder_offset: float = quantity(0.0, "m", -10.0, 10.0, "deflection where the encoder reads zero")
-    encoder_reversed: bool = flag(False, "the encoder counts down when the transmission elongates")
+    encoder_reversed: bool = flag(False, "the count decreases with elongation")
     encoder_bits: int = quantity(0, "bit", 0, 64, "width after which the count wraps; 0: that of the signal")
     deflection_min: float = quantity(-0.001, "m", -10.0, 10.0, "least travel; beyond it counted as saturated")
     deflection_max: float = quantity(0.0205, "m", -10.0, 10.0, "greatest travel; beyond it counted as saturated")
@@ -53,9 +55,9 @@ class JointSettings:
     """Signals of the joint's shaft; an empty one is not measured and not published."""
 
     angle_signal: str = string("Joint.Angle", "message.signal of the joint angle")
-    angle_scale: float = quantity(1.0, "rad per unit of the signal", -1e6, 1e6, "negative where it turns the other way")
+    angle_scale: float = quantity(1.0, "rad per unit of the signal", -1e6, 1e6, "negative for the opposite sense")
     torque_signal: str = string("Joint.ExternalTorque", "message.signal of the external torque")
-    torque_scale: float = quantity(1.0, "N m per unit of the signal", -1e6, 1e6, "negative where it acts the other way")
+    torque_scale: float = quantity(1.0, "N m per unit of the signal", -1e6, 1e6, "negative for the opposite sense")
     counter_signal: str = string("Joint.RollingCounter", "message.signal that numbers the frames; empty: none")
 
 
@@ -69,7 +71,7 @@ class MotorSettings:
     holding_signal: str = string("MotorState.WatchdogHolding", "message.signal of the device's watchdog; empty: none")
     counter_signal: str = string("MotorState.RollingCounter", "message.signal that numbers the frames; empty: none")
     command_signals: tuple[str, ...] = string(
-        ("MotorCommand.Position1", "MotorCommand.Position2"), "message.signal of each wanted position; empty: none"
+        ("MotorCommand.Position1", "MotorCommand.Position2"), "message.signal of each commanded position; empty: none"
     )
     command_counter_signal: str = string(
         "MotorCommand.RollingCounter", "message.signal to number commands; empty: none"
@@ -77,8 +79,8 @@ class MotorSettings:
     scale: float = quantity(1.0, "rad per unit of the signals", 1e-9, 1e6, "of positions and commands alike")
     position_min: float = quantity(-3.0, "rad", -1e4, 1e4, "commands below are refused")
     position_max: float = quantity(8.0, "rad", -1e4, 1e4, "commands above are refused")
-    speed_max: float = quantity(5.0, "rad/s", 1e-3, 1e4, "commands are approached no faster")
-    command_timeout: float = quantity(0.2, "s", 0.01, 10.0, "silence of the controller after which nothing is sent")
+    speed_max: float = quantity(5.0, "rad/s", 1e-3, 1e4, "limit of the speed of the commands that are sent")
+    command_timeout: float = quantity(0.2, "s", 0.01, 10.0, "without a command for this time no frame is sent")
     command_rate: float = quantity(100.0, "Hz", 1.0, 1000.0, "of command frames while armed")
 
     def __post_init__(self) -> None:
@@ -108,8 +110,8 @@ class DriverSettings:
     transmission_2: SecondTransmissionSettings = group(SecondTransmissionSettings)
     joint: JointSettings = group(JointSettings)
     motors: MotorSettings = group(MotorSettings)
-    counters_rate: float = quantity(10.0, "Hz", 0.1, 100.0, "of capture_counters, which frame each sample came from")
-    silence: float = quantity(0.1, "s", 0.005, 60.0, "without a sample for so long a transmission is reported silent")
+    counters_rate: float = quantity(10.0, "Hz", 0.1, 100.0, "of capture_counters, the sequence numbers of the samples")
+    silence: float = quantity(0.1, "s", 0.005, 60.0, "without a sample for this time a transmission has timed out")
     tare_spread: float = quantity(0.1, "N", 1e-4, 100.0, "standard deviation of the force above which tare is refused")
 
     def __post_init__(self) -> None:

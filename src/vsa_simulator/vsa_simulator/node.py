@@ -29,11 +29,11 @@ class SimulatorConfig(RigConfig):
 
     bus: BusConfig = group(BusConfig)
     dbc: str = string("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
-    slow_frames_every: int = quantity(5, "sample", 1, 1000, "joint and motor state are sent once in so many samples")
-    duration: float = quantity(0.0, "s", 0.0, 1e9, "time after which the rig stands still; 0: never")
-    truth_file: str = string("", "CSV file for the truth of every sample; empty: none")
-    scenario: str = string("", "YAML file of failures and pushes with their times; empty: none")
-    autostart_clock: bool = flag(True, "let the rig's clock run at once; else the service ~/start does")
+    slow_frames_every: int = quantity(5, "sample", 1, 1000, "samples between two frames of joint and motor state")
+    duration: float = quantity(0.0, "s", 0.0, 1e9, "time after which the rig stops; 0: no limit")
+    truth_file: str = string("", "CSV file for the ground truth of every sample; empty: none")
+    scenario: str = string("", "YAML file of failures and disturbance torques with their times; empty: none")
+    autostart_clock: bool = flag(True, "start the rig's clock at once; else by the service ~/start")
 
 
 class RigSimulatorNode(SuiteNode[SimulatorConfig]):

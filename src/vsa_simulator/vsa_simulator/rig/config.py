@@ -35,8 +35,8 @@ class SecondTransmissionConfig(TransmissionConfig):
 class FrictionConfig:
     """Model of Coulomb friction about zero velocity."""
 
-    model: str = choice("tanh", ("tanh", "lugre"), "tanh: smooth, never sticks; lugre: bristles, sticks and slips")
-    smoothing_speed: float = quantity(5e-5, "m/s", 1e-6, 1e-2, "tanh: speed at which 76 % of the friction is there")
+    model: str = choice("tanh", ("tanh", "lugre"), "tanh: smooth, without sticking; lugre: bristles, stick-slip")
+    smoothing_speed: float = quantity(5e-5, "m/s", 1e-6, 1e-2, "tanh: speed at which the friction is 76 % of d0")
     bristle_stiffness: float = quantity(1e6, "N/m", 1e4, 1e8, "lugre: stiffness of the contact before it slips")
     bristle_damping: float = quantity(0.0, "N s/m", 0.0, 1e5, "lugre: damping of the contact before it slips")
     static_ratio: float = quantity(1.5, "", 1.0, 5.0, "lugre: breakaway force over d0; 1 makes it Dahl's model")
@@ -48,7 +48,7 @@ class JointConfig:
     """The shaft between the two tendons."""
 
     radius: float = quantity(0.0215, "m", 1e-3, 1.0, "radius R of the joint's pulley")
-    inertia: float = quantity(1e-3, "kg m^2", 1e-6, 10.0, "inertia of the shaft and what it carries")
+    inertia: float = quantity(1e-3, "kg m^2", 1e-6, 10.0, "inertia of the shaft and its load")
     damping: float = quantity(0.01, "N m s/rad", 0.0, 100.0, "damping of the shaft")
     equilibrium_angle: float = quantity(0.0, "rad", -1.5, 1.5, "angle about which the motors tension the tendons")
 
@@ -57,7 +57,7 @@ class JointConfig:
 class TorqueConfig:
     """External torque on the shaft: a constant and tones."""
 
-    constant: float = quantity(0.0, "N m", -10.0, 10.0, "constant part, there from the start")
+    constant: float = quantity(0.0, "N m", -10.0, 10.0, "constant part, from the start")
     amplitudes: tuple[float, ...] = quantities((0.01, 0.005), "N m", 0.0, 10.0, "one a tone")
     frequencies: tuple[float, ...] = quantities((0.31, 1.1), "Hz", 1e-4, 100.0, "one a tone")
     phases: tuple[float, ...] = quantities((0.0, 1.0), "rad", -7.0, 7.0, "one a tone")
@@ -73,7 +73,7 @@ class MotorConfig:
     speed_limit: float = quantity(5.0, "rad/s", 0.01, 1000.0, "largest speed")
     lower_limit: float = quantity(-3.0, "rad", -80.0, 80.0, "lowest position")
     upper_limit: float = quantity(8.0, "rad", -80.0, 80.0, "highest position")
-    watchdog: float = quantity(0.1, "s", 1e-3, 10.0, "without a command for this long a commanded motor holds")
+    watchdog: float = quantity(0.1, "s", 1e-3, 10.0, "without a command for this time motors hold their position")
 
 
 @dataclass(frozen=True)

@@ -110,9 +110,9 @@ class ProfileConfig:
     """Commanded deflection of rod 1; that of rod 2 follows from the balance of forces at a constant joint angle."""
 
     kind: str = choice(
-        "multisine", ("hold", "sine", "multisine", "chirp", "ramp", "dwells"), "how rod 1 moves while no command comes"
+        "multisine", ("hold", "sine", "multisine", "chirp", "ramp", "dwells"), "motion of rod 1 without commands"
     )
-    centre: float = quantity(0.0105, "m", 0.001, 0.019, "middle of the motion; where `hold` holds")
+    centre: float = quantity(0.0105, "m", 0.001, 0.019, "centre of the motion; the position of `hold`")
     amplitudes: tuple[float, ...] = quantities(
         (0.004, 0.00016, 0.00008), "m", 0.0, 0.01, "one a tone; the first is also that of sine, chirp and ramp"
     )
@@ -122,7 +122,7 @@ class ProfileConfig:
     phases: tuple[float, ...] = quantities((0.0, 1.3, 2.6), "rad", -7.0, 7.0, "one a tone")
     sweep: float = quantity(20.0, "s", 0.1, 3600.0, "time in which chirp reaches its last frequency")
     places: tuple[float, ...] = quantities(
-        (0.010, 0.013, 0.007, 0.012, 0.008), "m", 0.001, 0.019, "deflections that dwells visits in turn"
+        (0.010, 0.013, 0.007, 0.012, 0.008), "m", 0.001, 0.019, "deflections of dwells in their order"
     )
     move_time: float = quantity(4.0, "s", 0.1, 100.0, "time of one move of dwells")
     rest_time: float = quantity(11.0, "s", 0.0, 1000.0, "rest after each move of dwells")

@@ -92,7 +92,7 @@ class Rig:
 
 
 def model_from(config: RigConfig) -> Model:
-    """The model of a configuration. Raises ConfigurationError for values that contradict each other."""
+    """The model of a configuration. Raises ConfigurationError for inconsistent values."""
     return Model(
         (
             transmission_from(config.transmission_1, config.friction),
