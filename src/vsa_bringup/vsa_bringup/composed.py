@@ -27,7 +27,7 @@ from vsa_driver.acquisition.channel import Measurement
 from vsa_driver.node import DriverNode
 from vsa_estimator.node import EstimatorNode, impedance_of
 from vsa_estimator.output.estimate import Estimate
-from vsa_joint.node import JointNode, side_of
+from vsa_joint.node import JointNode, transmission_estimate
 
 LOOK_NS = 5_000_000  # how often one side's silence is looked for while the other speaks
 FOLLOWS_NS = 10_000_000  # within which the other side's frame of the same sample comes
@@ -85,7 +85,7 @@ class DirectEstimator(EstimatorNode):
             return estimate is not None
 
     def on_estimate(self, estimate: Estimate) -> None:
-        self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_of(estimate)))
+        self._joint.take(self._side, transmission_estimate(estimate.stamp_ns, impedance_of(estimate)))
         super().on_estimate(estimate)
 
 

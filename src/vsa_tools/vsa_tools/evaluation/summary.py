@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from vsa_joint.impedance.reflection import branch_at_joint
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -131,7 +132,7 @@ def joint_truth(truth: Columns, samples: tuple[Integers, Integers], geometry: Ge
     damping = np.full(len(samples[0]), geometry.joint_damping)
     for side, (sample, tendon) in enumerate(zip(samples, geometry.tendon_stiffness, strict=True), 1):
         sigma, rod_damping = truth[f"stiffness_{side}"][sample], truth[f"damping_{side}"][sample]
-        stiffness += geometry.radius**2 * sigma * tendon / (4.0 * tendon + sigma)
+        stiffness += branch_at_joint(sigma, geometry.radius, tendon)
         damping += geometry.radius**2 * rod_damping * (2.0 * tendon / (4.0 * tendon + sigma)) ** 2
     return stiffness, damping
 

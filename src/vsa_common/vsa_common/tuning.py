@@ -1,0 +1,34 @@
+"""Registry of tuned constants: each with unit, range, reason and evidence."""
+
+from typing import NamedTuple, TypeVar
+
+Value = TypeVar("Value", int, float, "tuple[float, ...]")
+
+
+class Constant(NamedTuple):
+    """A tuned constant; `evidence` is a derivation, a source, or `ablation` for a row of `./vsa bench ablation`."""
+
+    name: str
+    value: int | float | tuple[float, ...]
+    unit: str
+    low: float
+    high: float
+    reason: str
+    evidence: str
+
+
+CONSTANTS: dict[str, dict[str, Constant]] = {}  # by module of declaration, by name
+
+
+def constant(
+    name: str, value: Value, unit: str, low: float, high: float, reason: str, evidence: str, *, module: str
+) -> Value:
+    """Declare a tuned constant of `module`; its value. Raises ValueError out of range or declared twice."""
+    values = value if isinstance(value, tuple) else (value,)
+    if not all(low <= one <= high for one in values):
+        raise ValueError(f"{module}.{name} = {value!r} {unit}: must be within {low:g} to {high:g}")
+    declared = CONSTANTS.setdefault(module, {})
+    if name in declared:
+        raise ValueError(f"{module}.{name} is declared twice")
+    declared[name] = Constant(name, value, unit, low, high, reason, evidence)
+    return value
