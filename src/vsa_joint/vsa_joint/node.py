@@ -209,10 +209,7 @@ def _getter(*names: str) -> Callable[[Sequence[float]], Any]:
 
 
 _FORCE = _getter("force", "force_variance", "force_valid")
-_IMPEDANCE = _getter(
-    "stiffness", "damping", "inertia", "stiffness_variance", "damping_variance", "inertia_variance",
-    "stiffness_damping_covariance", "stiffness_inertia_covariance", "damping_inertia_covariance",
-)  # fmt: skip
+_IMPEDANCE = _getter(*ImpedanceEstimate._fields)
 _VALID = _getter("stiffness_valid", "damping_valid", "inertia_valid")
 _STATUS = _getter("status")
 _RESET = _getter("reset_count", "reset_reason")

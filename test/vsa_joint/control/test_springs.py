@@ -39,7 +39,19 @@ def state(**changes):
 
 
 def test_a_spring_has_the_coefficients_of_the_state():
-    expected = Spring(0.01, 7.0, 250.0, 12.0, 0.0, 8.0, 1.0, 4000.0, math.sqrt(4000.0 / 3e8), 40.0, 12.0)
+    expected = Spring(
+        deflection_reference=0.01,
+        ln_stiffness=7.0,
+        k2=250.0,
+        force_offset=12.0,
+        ln_stiffness_variance=0.0,
+        k2_variance=8.0,
+        covariance=1.0,
+        damping=4000.0,
+        peak_speed=math.sqrt(4000.0 / 3e8),
+        force_offset_variance=40.0,
+        force_offset_covariance=12.0,
+    )
     assert identified_spring(state()) == expected
     assert identified_spring(state(d2=0.0)).peak_speed == math.inf
 

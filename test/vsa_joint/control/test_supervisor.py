@@ -109,13 +109,13 @@ def test_an_invalid_estimate_holds_immediately_at_the_measured_positions(joint, 
     assert {row[3] for row in out} == {MOTORS}
 
 
-@pytest.mark.parametrize("side", [0, 1])
-def test_a_frozen_force_holds_within_a_second(side):
+@pytest.mark.parametrize("index", [0, 1])
+def test_a_frozen_force_holds_within_a_second(index):
     feed = active()
     since = feed.now
-    delay, reason = first_hold(feed, feed.run(1200, frozen=(side,)), since)
+    delay, reason = first_hold(feed, feed.run(1200, frozen=(index,)), since)
     assert delay <= 1000
-    assert f"force of transmission_{side + 1} frozen" in reason
+    assert f"force of transmission_{index + 1} frozen" in reason
 
 
 @pytest.mark.parametrize(
@@ -137,12 +137,12 @@ def test_the_end_of_commands_holds_after_the_timeout():
     assert reason == "stiffness_command stopped"
 
 
-@pytest.mark.parametrize(("duration", "still"), [(200, 20), (1000, 40)])
-def test_control_resumes_after_the_inputs_are_healthy_for_the_recovery_time(duration, still):
+@pytest.mark.parametrize(("duration", "holding_periods"), [(200, 20), (1000, 40)])
+def test_control_resumes_after_the_inputs_are_healthy_for_the_recovery_time(duration, holding_periods):
     feed = active()
     feed.run(duration, silent=("joint",))
     out = feed.run(1000)
-    assert out[still][1] is Mode.HOLDING
+    assert out[holding_periods][1] is Mode.HOLDING
     assert out[-1][1] is Mode.ACTIVE
     resumed = next(row for row in out if row[1] is Mode.ACTIVE)
     assert resumed[3] == pytest.approx(MOTORS, abs=0.05)

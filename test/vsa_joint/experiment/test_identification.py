@@ -182,9 +182,9 @@ def test_the_response_of_equal_transmissions_is_identified_exactly():
 
 
 def test_insufficient_motion_raises_with_advice():
-    still = average(1e-6 * np.ones(4000), np.zeros(4000), 200.0, PERIOD)
+    at_rest = average(1e-6 * np.ones(4000), np.zeros(4000), 200.0, PERIOD)
     with pytest.raises(ValueError, match="use more torque"):
-        from_motion(still, geometry(1e5))
+        from_motion(at_rest, geometry(1e5))
 
 
 def test_less_than_a_period_raises():

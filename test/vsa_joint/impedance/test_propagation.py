@@ -27,12 +27,12 @@ def reflected(values, kind):
 @pytest.mark.parametrize("kind", ["consistent", "paper"])
 def test_derivatives_agree_with_the_complex_step(kind):
     point = np.array([2300.0, 4000.0, 0.3755, 2770.0, 3100.0, 0.2295, 1e5, R], dtype=complex)
-    for side in (0, 1):
-        impedance = ImpedanceEstimate(*(point[3 * side : 3 * side + 3].real))
-        branch = BRANCHES[kind][0](impedance, TendonPath(R, 1e5 if side == 0 else 0.8e5))
+    for index in (0, 1):
+        impedance = ImpedanceEstimate(*(point[3 * index : 3 * index + 3].real))
+        branch = BRANCHES[kind][0](impedance, TendonPath(R, 1e5 if index == 0 else 0.8e5))
         for column in range(3):
             step = point.copy()
-            step[3 * side + column] += 1e-30j
+            step[3 * index + column] += 1e-30j
             by_step = reflected(step, kind).imag / 1e-30
             given = [branch[1][column], branch[3][column], branch[5][column]]
             assert given == pytest.approx(list(by_step), rel=1e-9, abs=1e-30)
@@ -41,11 +41,11 @@ def test_derivatives_agree_with_the_complex_step(kind):
         step[column] += 1e-30j
         by_step = reflected(step, kind).imag / 1e-30
         total = np.zeros(3)
-        for side in (0, 1):
+        for index in (0, 1):
             branch = BRANCHES[kind][0](
-                ImpedanceEstimate(*(point[3 * side : 3 * side + 3].real)), TendonPath(R, (1e5, 0.8e5)[side])
+                ImpedanceEstimate(*(point[3 * index : 3 * index + 3].real)), TendonPath(R, (1e5, 0.8e5)[index])
             )
-            total += scales[side] * np.array([branch[1][column - 3], branch[3][column - 3], branch[5][column - 3]])
+            total += scales[index] * np.array([branch[1][column - 3], branch[3][column - 3], branch[5][column - 3]])
         assert total == pytest.approx(by_step, rel=1e-9, abs=1e-30)
 
 
@@ -77,13 +77,13 @@ def monte_carlo(relative, correlation, tendon_std, radius_std, tendon):
     tendons = generator.normal(tendon, tendon_std, 100_000)
     radii = generator.normal(R, radius_std, 100_000)
     values = reflected((*impedances, tendons, radii), "consistent")
-    sides = []
+    estimates = []
     for offset in (0, 3):
         c = covariance[offset : offset + 3, offset : offset + 3]
-        sides.append(ImpedanceEstimate(*mean[offset : offset + 3], *np.diag(c), c[0, 1], c[0, 2], c[1, 2]))
+        estimates.append(ImpedanceEstimate(*mean[offset : offset + 3], *np.diag(c), c[0, 1], c[0, 2], c[1, 2]))
     joint = Joint((TendonPath(R, tendon), TendonPath(R, 0.8 * tendon)), **SHAFT)
     errors = (TendonPathStd(radius_std, tendon_std), TendonPathStd(radius_std, 0.8 * tendon_std))
-    got = reflect_to_joint((sides[0], sides[1]), joint, errors, consistent_branch)
+    got = reflect_to_joint((estimates[0], estimates[1]), joint, errors, consistent_branch)
     return values.std(axis=1), np.sqrt([got.stiffness_variance, got.damping_variance, got.inertia_variance])
 
 

@@ -6,8 +6,8 @@ from vsa_joint.tuning import MAX_SLEW_NS
 class ClockOffset:
     """Offset between the ROS clock and the steady clock for the stamps of one topic.
 
-    After a step of the ROS clock, or for stamps of a host whose clock did not step, the offset is the one of both
-    candidates (before and after the step) that gives the smaller age.
+    A step of the ROS clock leaves two candidates, the offset before and after it, because stamps of before the step or
+    of another host keep the former; the one with the smaller age applies.
     """
 
     def __init__(self) -> None:

@@ -92,8 +92,10 @@ class StiffnessControl:
     def reachable(self, measurement: Measurement, equilibrium: float) -> StiffnessRange | None:
         """Reachable stiffness at an angle [rad] under the present load: limits of springs, tendons and motors."""
         springs = measurement.springs
-        found = reachable_range(self._load, springs, self.joint, self._config)
-        return None if found is None else self._motors.clip_to_motors(found, self._load, equilibrium, springs)
+        reachable = reachable_range(self._load, springs, self.joint, self._config)
+        if reachable is None:
+            return None
+        return self._motors.clip_to_motors(reachable, self._load, equilibrium, springs)
 
     def step(self, target: Target, measurement: Measurement) -> tuple[float, float]:
         """Motor positions [rad] for this period."""

@@ -29,7 +29,7 @@ class CoContractionMotion:
         """Deflections [m] and forces [N] after `dt` [s] for an elastic force of transmission_1 that is then `force`."""
         before, self._force = self._at_rest(self._force, springs), force
         at_rest = self._at_rest(force, springs)
-        speeds = [(place - last) / dt for place, last in zip(at_rest, before, strict=True)]
+        speeds = [(position - last) / dt for position, last in zip(at_rest, before, strict=True)]
         (first, second), (path_1, path_2) = springs, self._joint.paths
         slope_1 = _stiffness_slope(first, first.stiffness_at(at_rest[0]), path_1)
         slope_2 = _stiffness_slope(second, second.stiffness_at(at_rest[1]), path_2)

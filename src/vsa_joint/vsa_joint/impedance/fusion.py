@@ -104,7 +104,7 @@ class JointFusion:
             reason = f"{' and '.join(silent)} silent" if silent else "no stamps within max_skew of each other"
             status = Status.STALE
         else:
-            reason, status = f"no sample yet of {' and '.join(silent) or 'either side'}", Status.INITIALIZING
+            reason, status = f"no sample yet of {' and '.join(silent)}", Status.INITIALIZING
         self._newest = self._newest._replace(
             stiffness_valid=False,
             damping_valid=False,

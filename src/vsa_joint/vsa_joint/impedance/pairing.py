@@ -59,7 +59,7 @@ class Pairing:
 
     @property
     def period_ns(self) -> float:
-        """Longer sampling period of both transmissions [ns]; 0 before it is known."""
+        """Longer sampling period of both transmissions [ns]; 0 before the second sample."""
         return max(self._period_ns)
 
     def add(self, index: int, sample: TransmissionEstimate) -> bool:
