@@ -4,11 +4,11 @@ from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 from vsa_bench.joint.case import estimator_config
-from vsa_bench.joint.experiment import joint_side
+from vsa_bench.joint.experiment import transmission_estimate
 from vsa_estimator.estimator import Estimator
-from vsa_joint.control.controller import Target
-from vsa_joint.control.springs import learned_spring
-from vsa_joint.control.supervisor import Inputs, JointMeasurement, Supervisor
+from vsa_joint.control.records import Inputs, JointMeasurement, Target
+from vsa_joint.control.springs import identified_spring
+from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.impedance.fusion import JointFusion
 from vsa_joint.settings import ControlConfig, JointConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig
@@ -45,7 +45,7 @@ def run() -> dict[str, np.ndarray]:
                 for side, estimator in enumerate(estimators):
                     deflection = (int(samples.readings.counts[i, side]) - 1000) * 1e-5
                     estimate = estimator.add(stamp, float(samples.readings.forces[i, side]), deflection)
-                    fusion.add(side, joint_side(estimate), stamp)
+                    fusion.add(side, transmission_estimate(estimate), stamp)
             newest = fusion.newest
             joints.append(numbers(newest))
             inputs.joint = JointMeasurement(
@@ -54,7 +54,7 @@ def run() -> dict[str, np.ndarray]:
             )  # fmt: skip
             inputs.joint_ns = inputs.angle_ns = inputs.motors_ns = now
             inputs.angle, inputs.motors = float(samples.readings.angle[-1]), tuple(samples.readings.motors[-1])
-            first, second = (learned_spring(estimator.state()) for estimator in estimators)
+            first, second = (identified_spring(estimator.state()) for estimator in estimators)
             inputs.springs, inputs.springs_ns = (first, second), (now, now)
             period += 1
     return {"rig": np.concatenate(truth), "joint": np.array(joints), "motor_commands": np.array(commands)}

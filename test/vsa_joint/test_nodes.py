@@ -1,4 +1,4 @@
-"""Joint and stiffness controller as processes of their own: estimates in, motor commands out, and what stops them."""
+"""Joint node and stiffness controller as processes: estimates in, motor commands out, holds."""
 
 import math
 import os
@@ -14,8 +14,10 @@ from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
-from vsa_joint.control.springs import Spring, tendon_travel
-from vsa_joint.impedance.reflection import Impedance, Joint, TendonPath, virtual_work
+from vsa_joint.control.springs import Spring
+from vsa_joint.control.stiffness_range import tendon_travel
+from vsa_joint.geometry import Joint, TendonPath
+from vsa_joint.impedance.reflection import Impedance, virtual_work
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand, TransmissionImpedance
 
 pytestmark = pytest.mark.live
@@ -35,14 +37,14 @@ def start(module, *parameters):
     return subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
 
 
-class Lab:
-    """Plays estimators and driver at rest under equal forces."""
+class Harness:
+    """Publishes estimates and measurements of a joint at rest under equal forces."""
 
     def __init__(self):
         self.processes = [start("joint"), start("stiffness_controller", "input_timeout:=0.08")]
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=DOMAIN)
-        self.node = rclpy.create_node("lab", namespace="vsa", context=self.context)
+        self.node = rclpy.create_node("harness", namespace="vsa", context=self.context)
         self.executor = EventsExecutor(context=self.context)
         self.executor.add_node(self.node)
         publish = self.node.create_publisher
@@ -51,39 +53,39 @@ class Lab:
         self.angle = publish(JointState, "joint_states", RELIABLE)
         self.motors = publish(JointState, "motor_states", RELIABLE)
         self.command = publish(StiffnessCommand, "stiffness_command", RELIABLE)
-        self.joints, self.commands, self.said = [], [], []
-        self.listen(JointImpedance, "joint_impedance", self.joints)
-        self.listen(JointState, "motor_commands", self.commands)
-        self.listen(DiagnosticStatus, "stiffness_controller/status", self.said)
+        self.joints, self.commands, self.statuses = [], [], []
+        self.subscribe(JointImpedance, "joint_impedance", self.joints)
+        self.subscribe(JointState, "motor_commands", self.commands)
+        self.subscribe(DiagnosticStatus, "stiffness_controller/status", self.statuses)
 
-    def listen(self, kind, topic, heard):
-        self.node.create_subscription(kind, topic, lambda m: heard.append((time.monotonic(), m)), RELIABLE)
+    def subscribe(self, kind, topic, messages):
+        self.node.create_subscription(kind, topic, lambda m: messages.append((time.monotonic(), m)), RELIABLE)
 
     def spin(self, seconds):
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left)
 
-    def wait(self, true, timeout=60.0, **what):
+    def wait(self, condition, timeout=60.0, **inputs):
         end = time.monotonic() + timeout
-        while not true():
+        while not condition():
             assert time.monotonic() < end, "timeout"
-            self.feed(**what)
+            self.feed(**inputs)
 
-    def feed(self, sides=(0, 1), stiffness=None, delay=0.0):
-        """One period of estimates (of `sides`) and measurements, `delay` s old. Returns their stamp [ns]."""
+    def feed(self, transmissions=(0, 1), stiffness=None, delay=0.0):
+        """Publish one period of estimates and measurements, `delay` s old; their stamp [ns]."""
         stamp = time.time_ns() - int(delay * 1e9)
-        for side in sides:
-            message, spring = TransmissionImpedance(), SPRINGS[side]
+        for index in transmissions:
+            message, spring = TransmissionImpedance(), SPRINGS[index]
             set_stamp(message.header.stamp, stamp)
             message.force, message.force_valid = FORCE + 1e-6 * (stamp % 1000), True
             message.stiffness, message.stiffness_variance = spring.stiffness(FORCE), 100.0
             message.damping, message.inertia, message.status = 4000.0, 0.3, TransmissionImpedance.VALID
             message.stiffness_valid = message.damping_valid = message.inertia_valid = True
-            self.impedance[side].publish(message)
+            self.impedance[index].publish(message)
             state = EstimatorState(deflection_reference=0.0, ln_stiffness_reference=spring.ln_stiffness, k2=spring.k2)
             state.force_offset, state.k2_valid, state.d1, state.d2 = spring.force_offset, True, 4000.0, -1e8
-            self.state[side].publish(state)
+            self.state[index].publish(state)
         angle = JointState(name=["joint"], position=[0.0])
         motors = JointState(name=["motor_1", "motor_2"], position=MOTORS)
         for publisher, message in ((self.angle, angle), (self.motors, motors)):
@@ -94,9 +96,9 @@ class Lab:
         self.spin(PERIOD)
         return stamp
 
-    def run(self, seconds, **what):
-        """Stamps of all periods [ns]."""
-        return [self.feed(**what) for _ in range(round(seconds / PERIOD))]
+    def run(self, seconds, **inputs):
+        """Feed for a duration [s]; the stamps of all periods [ns]."""
+        return [self.feed(**inputs) for _ in range(round(seconds / PERIOD))]
 
     def close(self):
         for process in self.processes:
@@ -108,22 +110,24 @@ class Lab:
 
 
 @pytest.fixture(scope="module")
-def lab():
-    lab = Lab()
-    lab.wait(lambda: lab.joints and lab.joints[-1][1].stiffness_valid)
-    lab.wait(lambda: lab.node.count_subscribers("/vsa/stiffness_command") and lab.joints[-1][1].stiffness_range_valid)
-    yield lab
-    assert lab.close() == [0, 0]
+def harness():
+    harness = Harness()
+    harness.wait(lambda: harness.joints and harness.joints[-1][1].stiffness_valid)
+    harness.wait(
+        lambda: harness.node.count_subscribers("/vsa/stiffness_command") and harness.joints[-1][1].stiffness_range_valid
+    )
+    yield harness
+    assert harness.close() == [0, 0]
 
 
 def joint_truth():
-    sides = tuple(Impedance(spring.stiffness(FORCE), 4000.0, 0.3) for spring in SPRINGS)
-    return virtual_work(sides, Joint((TendonPath(0.0215, 1e5), TendonPath(0.0215, 1e5)), 0.01, 1e-3))
+    transmissions = tuple(Impedance(spring.stiffness(FORCE), 4000.0, 0.3) for spring in SPRINGS)
+    return virtual_work(transmissions, Joint((TendonPath(0.0215, 1e5), TendonPath(0.0215, 1e5)), 0.01, 1e-3))
 
 
-def test_the_joint_carries_impedance_tension_range_and_both_stamps(lab):
-    lab.run(0.2)
-    last = lab.joints[-1][1]
+def test_the_joint_message_has_impedance_tension_range_and_both_stamps(harness):
+    harness.run(0.2)
+    last = harness.joints[-1][1]
     truth = joint_truth()
     assert (last.stiffness, last.damping, last.inertia) == pytest.approx(
         (truth.stiffness, truth.damping, truth.inertia), rel=1e-9
@@ -134,75 +138,77 @@ def test_the_joint_carries_impedance_tension_range_and_both_stamps(lab):
     assert max(nanoseconds(stamp) for stamp in last.transmission_stamp) == nanoseconds(last.header.stamp)
 
 
-def test_motors_that_are_nearly_wound_up_narrow_the_range(lab):
-    widest = lab.joints[-1][1].stiffness_max
+def test_motors_close_to_their_limit_clip_the_range(harness):
+    widest = harness.joints[-1][1].stiffness_max
     narrow = start("joint", "motor_max:=3.0", "__node:=narrow")
-    lab.joints.clear()
-    lab.wait(lambda: any(m.stiffness_range_valid and m.stiffness_max < 0.9 * widest for _, m in lab.joints))
+    harness.joints.clear()
+    harness.wait(lambda: any(m.stiffness_range_valid and m.stiffness_max < 0.9 * widest for _, m in harness.joints))
     narrow.send_signal(signal.SIGTERM)
     assert narrow.wait(10) == 0
 
 
-def test_nothing_is_commanded_before_a_command_and_the_first_is_where_the_motors_are(lab):
-    assert not lab.commands
-    lab.wait(lambda: lab.commands, stiffness=joint_truth().stiffness)
-    assert list(lab.commands[0][1].position) == pytest.approx(MOTORS, abs=0.02)
+def test_no_motor_command_before_a_command_and_the_first_is_the_measured_position(harness):
+    assert not harness.commands
+    harness.wait(lambda: harness.commands, stiffness=joint_truth().stiffness)
+    assert list(harness.commands[0][1].position) == pytest.approx(MOTORS, abs=0.02)
 
 
-def test_what_cannot_be_reached_is_refused_with_the_range(lab):
-    lab.run(0.2, stiffness=joint_truth().stiffness)
-    lab.said.clear()
-    lab.run(0.1, stiffness=50.0)
-    refusals = [{v.key: v.value for v in m.values} for _, m in lab.said if "cannot be reached" in m.message]
-    verdict = next(values for values in refusals if values.get("accepted") == "False")
-    assert float(verdict["stiffness_max"]) < 8.0
+def test_an_unreachable_command_is_refused_with_the_range(harness):
+    harness.run(0.2, stiffness=joint_truth().stiffness)
+    harness.statuses.clear()
+    harness.run(0.1, stiffness=50.0)
+    refusals = [{v.key: v.value for v in m.values} for _, m in harness.statuses if "cannot be reached" in m.message]
+    refusal = next(values for values in refusals if values.get("accepted") == "False")
+    assert float(refusal["stiffness_max"]) < 8.0
 
 
-def test_a_dead_estimator_makes_the_joint_invalid_and_the_motors_hold_in_time(lab):
+def test_a_stopped_estimator_invalidates_the_joint_and_the_motors_hold_in_time(harness):
     good = joint_truth().stiffness
-    died = lab.run(1.0, stiffness=good)[-1]
-    lab.joints.clear()
-    lab.said.clear()
-    lab.run(0.5, sides=(0,), stiffness=good)
-    lab.wait(lambda: any(m.level == b"\x02" for _, m in lab.said), timeout=5.0, sides=(0,), stiffness=good)
-    assert lab.joints[-1][1].reason == "transmission_2 silent"
-    said = next(m for _, m in lab.said if m.level == b"\x02")
-    held = int(next(value.value for value in said.values if value.key == "stamp_ns"))
-    assert (held - died) * 1e-9 < 0.1
-    assert said.message
-    assert not any(m.stiffness_valid and nanoseconds(m.header.stamp) > died for _, m in lab.joints)
-    assert list(lab.commands[-1][1].position) == pytest.approx(MOTORS)
+    stopped = harness.run(1.0, stiffness=good)[-1]
+    harness.joints.clear()
+    harness.statuses.clear()
+    harness.run(0.5, transmissions=(0,), stiffness=good)
+    harness.wait(
+        lambda: any(m.level == b"\x02" for _, m in harness.statuses), timeout=5.0, transmissions=(0,), stiffness=good
+    )
+    assert harness.joints[-1][1].reason == "transmission_2 silent"
+    status = next(m for _, m in harness.statuses if m.level == b"\x02")
+    held = int(next(value.value for value in status.values if value.key == "stamp_ns"))
+    assert (held - stopped) * 1e-9 < 0.1
+    assert status.message
+    assert not any(m.stiffness_valid and nanoseconds(m.header.stamp) > stopped for _, m in harness.joints)
+    assert list(harness.commands[-1][1].position) == pytest.approx(MOTORS)
 
 
-def test_a_backlog_is_old_however_fast_it_comes(lab):
-    lab.run(1.5, stiffness=joint_truth().stiffness)
-    lab.spin(0.3)
-    lab.said.clear()
-    lab.run(0.3, stiffness=joint_truth().stiffness, delay=0.3)
-    assert any("comes late" in m.message for _, m in lab.said)
+def test_a_backlog_is_detected_by_its_stamps(harness):
+    harness.run(1.5, stiffness=joint_truth().stiffness)
+    harness.spin(0.3)
+    harness.statuses.clear()
+    harness.run(0.3, stiffness=joint_truth().stiffness, delay=0.3)
+    assert any("comes late" in m.message for _, m in harness.statuses)
 
 
-def test_control_comes_back_with_the_estimator_and_stops_with_the_commands(lab):
+def test_control_resumes_with_the_estimator_and_stops_with_the_commands(harness):
     good = joint_truth().stiffness
-    lab.said.clear()
-    lab.run(1.5, stiffness=good)
-    assert any(m.level == b"\x00" for _, m in lab.said)
-    lab.said.clear()
-    lab.run(1.0)
-    assert any(m.message == "stiffness_command stopped" for _, m in lab.said)
+    harness.statuses.clear()
+    harness.run(1.5, stiffness=good)
+    assert any(m.level == b"\x00" for _, m in harness.statuses)
+    harness.statuses.clear()
+    harness.run(1.0)
+    assert any(m.message == "stiffness_command stopped" for _, m in harness.statuses)
 
 
 @pytest.mark.parametrize(
-    ("module", "parameter", "said"),
+    ("module", "parameter", "expected"),
     [
         ("joint", "max_skew:=-1.0", "max_skew = -1.0 s"),
         ("joint", "radius:=[0.02]", "must be two numbers"),
         ("stiffness_controller", "rate:=0.0", "rate = 0.0 Hz"),
     ],
 )
-def test_a_bad_parameter_is_refused_in_one_line(module, parameter, said):
+def test_an_invalid_parameter_gives_a_one_line_error(module, parameter, expected):
     process = start(module, parameter)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 1
-    assert said in errors
+    assert expected in errors
     assert "Traceback" not in errors

@@ -28,7 +28,7 @@ from vsa_driver.node import DriverNode
 from vsa_estimator.node import EstimatorNode
 from vsa_estimator.output.estimate import Estimate
 from vsa_estimator.output.messages import impedance_fields
-from vsa_joint.node import JointNode, side_of
+from vsa_joint.node import JointNode, transmission_estimate
 
 SILENCE_CHECK_NS = 5_000_000  # [ns] between two checks of both sides for a timeout, in stamps of the samples
 SIDE_DELAY_NS = 10_000_000  # [ns] allowed between the frames of the two sides of one sample
@@ -86,7 +86,7 @@ class DirectEstimator(EstimatorNode):
             return estimate is not None
 
     def on_estimate(self, estimate: Estimate) -> None:
-        self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_fields(estimate)))
+        self._joint.take(self._side, transmission_estimate(estimate.stamp_ns, impedance_fields(estimate)))
         super().on_estimate(estimate)
 
 

@@ -1,4 +1,4 @@
-"""Node: stiffness commands and live estimates in, motor commands out; safe when anything stops."""
+"""Node: stiffness commands and live estimates in, motor commands out; faults hold the motors."""
 
 import time
 from collections import defaultdict
@@ -10,20 +10,22 @@ from sensor_msgs.msg import JointState
 from vsa_common.ros.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode
 from vsa_common.ros.process import run
 from vsa_common.stamps import StampMessage, nanoseconds
-from vsa_joint.control.clock_offset import StampAge
-from vsa_joint.control.controller import Target
-from vsa_joint.control.springs import learned_spring
-from vsa_joint.control.supervisor import Inputs, JointMeasurement, Mode, Supervisor
+from vsa_joint.control.clock_offset import ClockOffset
+from vsa_joint.control.mode import Mode
+from vsa_joint.control.records import Inputs, JointMeasurement, Target
+from vsa_joint.control.springs import identified_spring
+from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.settings import ControlConfig
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand
 
+STATUS_MAX = 5  # highest status of JointImpedance
 _LEVEL = {Mode.IDLE: OK, Mode.ACTIVE: OK, Mode.HOLDING: ERROR}
 
 
 class StiffnessControllerNode(SuiteNode[ControlConfig]):
-    """Command both motors so that the joint rests where, and is as stiff as, `stiffness_command` says.
+    """Command both motors for the equilibrium angle and the stiffness of `stiffness_command`.
 
-    Each command's verdict, and each hold with its reason, goes out on `~/status` at once.
+    The feasibility of each command, and each hold with its reason, are published on `~/status` immediately.
     """
 
     def __init__(self) -> None:
@@ -32,30 +34,30 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
     def start(self) -> None:
         self._supervisor = Supervisor(self.config)
         self._inputs = Inputs()
-        self._told: tuple[Mode, str] | None = None
-        self._raw: dict[str, tuple[bytes, int]] = {}
-        self._ages: defaultdict[str, StampAge] = defaultdict(StampAge)
+        self._published_mode: tuple[Mode, str] | None = None
+        self._pending: dict[str, tuple[bytes, int]] = {}  # newest message of each topic, and its arrival [ns]
+        self._offsets: defaultdict[str, ClockOffset] = defaultdict(ClockOffset)
         self._commands = self.create_publisher(JointState, "motor_commands", RELIABLE)
         self._status = self.create_publisher(DiagnosticStatus, "~/status", RELIABLE)
         self._message = JointState(name=["motor_1", "motor_2"])
         fast = ((JointImpedance, "joint_impedance"), (JointState, "joint_states"), (JointState, "motor_states"))
-        self._subscriptions_made = [
-            self.create_subscription(kind, name, partial(self._keep, name), RELIABLE, raw=True) for kind, name in fast
+        self._inputs_subscribed = [
+            self.create_subscription(kind, name, partial(self._on_raw, name), RELIABLE, raw=True) for kind, name in fast
         ]
-        self._subscriptions_made += [
+        self._inputs_subscribed += [
             self.create_subscription(
-                EstimatorState, f"transmission_{side + 1}/estimator_state", partial(self._on_state, side), RELIABLE
+                EstimatorState, f"transmission_{index + 1}/estimator_state", partial(self._on_state, index), RELIABLE
             )
-            for side in (0, 1)
+            for index in (0, 1)
         ]
-        self._subscriptions_made.append(
+        self._inputs_subscribed.append(
             self.create_subscription(StiffnessCommand, "stiffness_command", self._on_command, RELIABLE)
         )
-        self._ticks = self.create_timer(1.0 / self.config.rate, self._on_tick, clock=STEADY)
+        self._timer = self.create_timer(1.0 / self.config.rate, self._on_timer, clock=STEADY)
 
     def stop(self) -> None:
-        self.destroy_timer(self._ticks)
-        for subscription in self._subscriptions_made:
+        self.destroy_timer(self._timer)
+        for subscription in self._inputs_subscribed:
             self.destroy_subscription(subscription)
         self.destroy_publisher(self._commands)
         self.destroy_publisher(self._status)
@@ -64,101 +66,107 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         if not self.active:
             return super().health()
         supervisor = self._supervisor
-        values: dict[str, object] = {"mode": supervisor.mode.value, "refused": supervisor.refused}
+        values: dict[str, object] = {"mode": supervisor.mode.name.lower(), "refused": supervisor.refused}
         if supervisor.target is not None:
             values["stiffness"], values["equilibrium"] = supervisor.target.stiffness, supervisor.target.equilibrium
-        judgement = supervisor.judgement
-        if judgement is not None and judgement.within is not None:
-            within = judgement.within
-            values["reachable"] = f"{within.stiffness_min:.3g} to {within.stiffness_max:.3g} N m/rad"
-            values["predicted_error"] = f"{judgement.predicted_error:.3g}"
+        feasibility = supervisor.feasibility
+        if feasibility is not None and feasibility.reachable is not None:
+            reachable = feasibility.reachable
+            values["reachable"] = f"{reachable.stiffness_min:.3g} to {reachable.stiffness_max:.3g} N m/rad"
+            values["predicted_error"] = f"{feasibility.predicted_error:.3g}"
         values["exciting"] = supervisor.control.exciting
         level = _LEVEL[supervisor.mode]
         return WARN if level == OK and supervisor.reason else level, supervisor.reason or "active", values
 
-    def _keep(self, name: str, data: bytes) -> None:
-        self._raw[name] = (data, time.monotonic_ns())
+    def _on_raw(self, name: str, data: bytes) -> None:
+        self._pending[name] = (data, time.monotonic_ns())
 
-    def _stamped(self, name: str, stamp: StampMessage) -> None:
-        """Note when a message was measured, by its stamp; one without a stamp is as old as its arrival."""
-        ros_ns, now_ns = self.get_clock().now().nanoseconds, time.monotonic_ns()
-        instant = self._ages[name].steady(nanoseconds(stamp), ros_ns, now_ns)
-        if instant is None:
-            self._inputs.measured_ns.pop(name, None)
-        else:
-            self._inputs.measured_ns[name] = instant
-
-    def _on_state(self, side: int, message: EstimatorState) -> None:
-        self._stamped(f"transmission_{side + 1}/estimator_state", message.header.stamp)
-        springs, arrivals = list(self._inputs.springs), list(self._inputs.springs_ns)
-        springs[side], arrivals[side] = learned_spring(message), time.monotonic_ns()
-        complaints = list(self._inputs.complaints)
-        complaints[side] = message.reason
-        self._inputs.springs, self._inputs.springs_ns = (springs[0], springs[1]), (arrivals[0], arrivals[1])
-        self._inputs.complaints = (complaints[0], complaints[1])
+    def _on_state(self, index: int, message: EstimatorState) -> None:
+        inputs = self._inputs
+        self._record_stamp(f"transmission_{index + 1}/estimator_state", message.header.stamp)
+        springs, arrivals, faults = list(inputs.springs), list(inputs.springs_ns), list(inputs.estimator_faults)
+        springs[index], arrivals[index] = identified_spring(message), time.monotonic_ns()
+        faults[index] = message.reason
+        inputs.springs, inputs.springs_ns = (springs[0], springs[1]), (arrivals[0], arrivals[1])
+        inputs.estimator_faults = (faults[0], faults[1])
 
     def _on_command(self, message: StiffnessCommand) -> None:
-        self._read()
+        self._decode_pending()
         target = Target(message.equilibrium_angle, message.stiffness)
-        judgement = self._supervisor.command(target, self._inputs, time.monotonic_ns())
-        self._tell(WARN if judgement.text else OK, judgement.text or "accepted", target, judgement.accepted)
+        feasibility = self._supervisor.command(target, self._inputs, time.monotonic_ns())
+        level = WARN if feasibility.text else OK
+        self._publish_status(level, feasibility.text or "accepted", target, feasibility.accepted)
 
-    def _on_tick(self) -> None:
-        self._read()
+    def _on_timer(self) -> None:
+        self._decode_pending()
         supervisor = self._supervisor
         motors = supervisor.step(self._inputs, time.monotonic_ns())
         if motors is not None:
             self._message.header.stamp = self.get_clock().now().to_msg()
             self._message.position = list(motors)
             self._commands.publish(self._message)
-        now = (supervisor.mode, supervisor.reason)
-        if now != self._told:
-            changed, self._told = self._told is None or self._told[0] is not now[0], now
-            self._tell(_LEVEL[now[0]], now[1] or now[0].value)
-            if changed and now[0] is Mode.HOLDING:
-                self.get_logger().error(f"motors held: {now[1]}", throttle_duration_sec=1.0)
+        mode, reason = supervisor.mode, supervisor.reason
+        if (mode, reason) != self._published_mode:
+            changed = self._published_mode is None or self._published_mode[0] is not mode
+            self._published_mode = (mode, reason)
+            self._publish_status(_LEVEL[mode], reason or mode.name.lower())
+            if changed and mode is Mode.HOLDING:
+                self.get_logger().error(f"motors held: {reason}", throttle_duration_sec=1.0)
 
-    def _read(self) -> None:
-        """Decode what came since the last time, the newest of each only."""
+    def _decode_pending(self) -> None:
+        """Decode the newest message of each topic since the previous call."""
         inputs = self._inputs
-        for name, (data, arrival) in self._raw.items():
+        for name, (data, arrival) in self._pending.items():
             if name == "joint_impedance":
                 joint = deserialize_message(data, JointImpedance)
-                self._stamped(name, joint.header.stamp)
-                inputs.joint, inputs.joint_ns = _joint_now(joint), arrival
+                self._record_stamp(name, joint.header.stamp)
+                inputs.joint, inputs.joint_ns = _joint_measurement(joint), arrival
                 continue
             state = deserialize_message(data, JointState)
             position = state.position
-            self._stamped(name, state.header.stamp)
+            self._record_stamp(name, state.header.stamp)
             if name == "joint_states" and len(position) >= 1:
                 inputs.angle, inputs.angle_ns = position[0], arrival
             elif name == "motor_states" and len(position) >= 2:
                 inputs.motors, inputs.motors_ns = (position[0], position[1]), arrival
-        self._raw.clear()
+        self._pending.clear()
 
-    def _tell(self, level: int, text: str, target: Target | None = None, accepted: bool = True) -> None:
+    def _record_stamp(self, name: str, stamp: StampMessage) -> None:
+        """Record the instant of measurement; a message without a stamp has the age of its arrival."""
+        ros_ns, now_ns = self.get_clock().now().nanoseconds, time.monotonic_ns()
+        instant = self._offsets[name].update(nanoseconds(stamp), ros_ns, now_ns)
+        if instant is None:
+            self._inputs.measured_ns.pop(name, None)
+        else:
+            self._inputs.measured_ns[name] = instant
+
+    def _publish_status(self, level: int, text: str, target: Target | None = None, accepted: bool = True) -> None:
         supervisor = self._supervisor
         status = DiagnosticStatus(level=bytes([level]), name=self.get_fully_qualified_name(), message=text)
-        values: dict[str, object] = {"stamp_ns": self.get_clock().now().nanoseconds, "mode": supervisor.mode.value}
+        values: dict[str, object] = {
+            "stamp_ns": self.get_clock().now().nanoseconds,
+            "mode": supervisor.mode.name.lower(),
+        }
         if target is not None:
             values |= {"stiffness": target.stiffness, "equilibrium_angle": target.equilibrium, "accepted": accepted}
-        if supervisor.judgement is not None and supervisor.judgement.within is not None:
-            within = supervisor.judgement.within
-            values |= {"stiffness_min": within.stiffness_min, "stiffness_max": within.stiffness_max}
+        feasibility = supervisor.feasibility
+        if feasibility is not None and feasibility.reachable is not None:
+            reachable = feasibility.reachable
+            values |= {"stiffness_min": reachable.stiffness_min, "stiffness_max": reachable.stiffness_max}
         status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         self._status.publish(status)
 
 
-def _joint_now(message: JointImpedance) -> JointMeasurement:
+def _joint_measurement(message: JointImpedance) -> JointMeasurement:
     return JointMeasurement(
-        message.stiffness,
-        message.stiffness_valid,
-        message.damping,
-        message.damping_valid,
-        (message.tension[0], message.tension[1]),
-        message.force_valid,
-        min(message.status, 5),
-        message.reason,
+        stiffness=message.stiffness,
+        stiffness_valid=message.stiffness_valid,
+        damping=message.damping,
+        damping_valid=message.damping_valid,
+        tension=(message.tension[0], message.tension[1]),
+        force_valid=message.force_valid,
+        status=min(message.status, STATUS_MAX),
+        reason=message.reason,
     )
 
 

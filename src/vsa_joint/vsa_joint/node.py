@@ -1,4 +1,4 @@
-"""Node: the impedance of both transmissions in, the impedance of the joint out."""
+"""Node: impedance of both transmissions in, impedance of the joint out."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -17,21 +17,22 @@ from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.stamps import NANOSECONDS
 from vsa_common.types import Status
 from vsa_joint.control.motor_map import MotorMap
-from vsa_joint.control.springs import Range, Spring, Springs, learned_spring, reachable
+from vsa_joint.control.springs import Spring, Springs, identified_spring
+from vsa_joint.control.stiffness_range import StiffnessRange, reachable_range
 from vsa_joint.impedance.fusion import JointEstimate, JointFusion
 from vsa_joint.impedance.pairing import TransmissionEstimate
 from vsa_joint.impedance.propagation import ImpedanceEstimate
 from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.settings import CONSISTENT, JointConfig
+from vsa_joint.tuning import RANGE_PERIOD_NS
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
-RANGE_PERIOD_NS = 100_000_000
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 
 
 class JointNode(SuiteNode[JointConfig]):
-    """Publish `joint_impedance` for every pair of transmission estimates, and when they stop."""
+    """Publish `joint_impedance` for every pair of transmission estimates, and an invalid one at a timeout."""
 
     def __init__(self, name: str = "joint", namespace: str = "vsa") -> None:
         super().__init__(name, JointConfig, namespace)
@@ -40,9 +41,9 @@ class JointNode(SuiteNode[JointConfig]):
         self._fusion = JointFusion(self.config)
         self._joint = self.config.joint
         self._reflection = JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
-        self._range = (0.0, 0.0, False)  # least and greatest stiffness within reach, and whether that is known
+        self._range = (0.0, 0.0, False)  # reachable stiffness [N m/rad]: least, greatest, validity
         self._reader = Reader(TransmissionImpedance.get_fields_and_field_types())
-        self._reason = ""
+        self._writer_reason = ""
         self._writer = Writer(JointImpedance())
         self._impedances = ThrottledPublisher(self, JointImpedance, "joint_impedance")
         self._states: list[bytes | None] = [None, None]
@@ -52,31 +53,31 @@ class JointNode(SuiteNode[JointConfig]):
         self._inputs += [
             self.create_subscription(
                 EstimatorState,
-                f"transmission_{side + 1}/estimator_state",
-                partial(self._on_state, side),
+                f"transmission_{index + 1}/estimator_state",
+                partial(self._on_state, index),
                 RELIABLE,
                 raw=True,
             )
-            for side in (0, 1)
+            for index in (0, 1)
         ]
         self._inputs.append(self.create_subscription(JointState, "motor_states", self._on_motors, NEWEST, raw=True))
-        self._watch = self.create_timer(self.config.status_period, self._on_watch, clock=self.steady)
+        self._timeout_timer = self.create_timer(self.config.status_period, self._on_timeout_check, clock=self.steady)
 
     def listen(self) -> list[Subscription]:
-        """Subscribe to both sides; whoever calls `take` overrides this."""
+        """Subscribe to both transmissions; a subclass that calls `take` directly overrides this."""
         return [
             self.create_subscription(
                 TransmissionImpedance,
-                f"transmission_{side + 1}/impedance",
-                partial(self._on_side, side),
+                f"transmission_{index + 1}/impedance",
+                partial(self._on_impedance, index),
                 RELIABLE,
                 raw=True,
             )
-            for side in (0, 1)
+            for index in (0, 1)
         ]
 
     def stop(self) -> None:
-        self.destroy_timer(self._watch)
+        self.destroy_timer(self._timeout_timer)
         for subscription in self._inputs:
             self.destroy_subscription(subscription)
         for publisher in self._impedances.publishers:
@@ -98,72 +99,72 @@ class JointNode(SuiteNode[JointConfig]):
         if level == OK and last.maxwell_exceeds_mass:
             level = WARN
             message = (
-                f"damper and tendon in series outweigh the rods' mass: inertia holds only below "
-                f"{last.valid_frequency:.2g} Hz, use the response above"
+                f"Maxwell term of damper and tendon exceeds the mass term: inertia valid only below "
+                f"{last.valid_frequency:.2g} Hz, use the frequency response above"
             )
         return level, message, values
 
-    def take(self, side: int, sample: TransmissionEstimate) -> None:
-        """Pair one estimate of side 0 or 1, and publish where that makes a pair; nothing while inactive."""
+    def take(self, index: int, sample: TransmissionEstimate) -> None:
+        """Add an estimate of transmission `index` (0, 1); publish if it completes a pair. No effect while inactive."""
         with self.lock:
             if not self.active:
                 return
-            estimate = self._fusion.add(side, sample, time.monotonic_ns())
+            estimate = self._fusion.add(index, sample, time.monotonic_ns())
             if estimate is not None:
                 self._publish(estimate)
 
-    def _on_side(self, side: int, data: bytes) -> None:
-        self.take(side, side_of(*self._reader.read(data)))
+    def _on_impedance(self, index: int, data: bytes) -> None:
+        self.take(index, transmission_estimate(*self._reader.read(data)))
 
-    def _on_state(self, side: int, data: bytes) -> None:
-        self._states[side] = data
+    def _on_state(self, index: int, data: bytes) -> None:
+        self._states[index] = data
         now_ns = time.monotonic_ns()
         if now_ns - self._range_ns > RANGE_PERIOD_NS:
             self._range_ns = now_ns
-            self._find_range()
+            self._update_range()
 
     def _on_motors(self, data: bytes) -> None:
         self._motors = data
 
-    def _find_range(self) -> None:
-        """Stiffness within reach at the present angle and load, into the message."""
-        (first, second), newest, found = map(_spring, self._states), self._fusion.newest, None
-        if first is not None and second is not None and newest.force_valid:
-            found = self._within((first, second), newest)
-        with self.lock:
-            if found is None:
-                self._range = (*self._range[:2], False)
-            else:
-                self._range = (found.stiffness_min, found.stiffness_max, True)
-
-    def _within(self, springs: Springs, newest: JointEstimate) -> Range | None:
-        """Stiffness within reach of springs, tendons and, where they are measured, motors."""
-        torque = -newest.motion_torque
-        found = reachable(torque, springs, self._joint, self.config)
-        motors = list(deserialize_message(self._motors, JointState).position) if self._motors else []
-        if found is None or len(motors) < len(springs):
-            return found
-        # the angle stays, so that the motors' zero may be that of a joint at zero
-        force = unloaded_force(newest.tension, self.config.radius)
-        self._motor_map.fit((motors[0], motors[1]), force, 0.0, springs)
-        return self._motor_map.narrowed(found, torque, 0.0, springs)
-
-    def _on_watch(self) -> None:
+    def _on_timeout_check(self) -> None:
         with self.lock:
             estimate = self._fusion.check(time.monotonic_ns())
             if estimate is not None:
                 self._range = (*self._range[:2], False)
                 self._publish(estimate)
 
+    def _update_range(self) -> None:
+        """Reachable stiffness at the present angle and load, for the message."""
+        (first, second), newest, reachable = map(_spring, self._states), self._fusion.newest, None
+        if first is not None and second is not None and newest.force_valid:
+            reachable = self._reachable((first, second), newest)
+        with self.lock:
+            if reachable is None:
+                self._range = (*self._range[:2], False)
+            else:
+                self._range = (reachable.stiffness_min, reachable.stiffness_max, True)
+
+    def _reachable(self, springs: Springs, newest: JointEstimate) -> StiffnessRange | None:
+        """Reachable stiffness by the limits of springs, tendons and, where they are measured, motors."""
+        torque = -newest.motion_torque
+        reachable = reachable_range(torque, springs, self._joint, self.config)
+        motors = list(deserialize_message(self._motors, JointState).position) if self._motors else []
+        if reachable is None or len(motors) < len(springs):
+            return reachable
+        # at the present angle, so that zero is a valid reference of the angle
+        force = unloaded_force(newest.tension, self.config.radius)
+        self._motor_map.fit_zero((motors[0], motors[1]), force, 0.0, springs)
+        return self._motor_map.clip_to_motors(reachable, torque, 0.0, springs)
+
     def _publish(self, estimate: JointEstimate) -> None:
-        if estimate.reason != self._reason:
-            self._reason = estimate.reason
+        if estimate.reason != self._writer_reason:
+            self._writer_reason = estimate.reason
             self._writer = Writer(JointImpedance(reason=estimate.reason))
         data = self._writer.write(estimate.stamp_ns, self._row(estimate))
         self._impedances.publish(estimate.stamp_ns, data, (estimate.status, estimate.stiffness_valid))
 
     def _row(self, e: JointEstimate) -> tuple[float, ...]:
-        """The numbers of a JointImpedance in the order of its fields."""
+        """Numeric fields of a JointImpedance in their order."""
         first_ns, second_ns = e.transmission_stamp_ns
         return (
             *divmod(first_ns, NANOSECONDS), *divmod(second_ns, NANOSECONDS),
@@ -175,40 +176,43 @@ class JointNode(SuiteNode[JointConfig]):
         )  # fmt: skip
 
 
+def transmission_estimate(stamp_ns: int, fields: Sequence[float]) -> TransmissionEstimate:
+    """Input of the fusion from the numeric fields of a TransmissionImpedance, in their order."""
+    force, force_variance, force_valid = _FORCE(fields)
+    stiffness_valid, damping_valid, inertia_valid = _VALID(fields)
+    reset_count, reset_reason = _RESET(fields)
+    return TransmissionEstimate(
+        stamp_ns=stamp_ns,
+        force=force,
+        force_variance=force_variance,
+        force_valid=force_valid,
+        impedance=ImpedanceEstimate(*_IMPEDANCE(fields)),
+        stiffness_valid=stiffness_valid,
+        damping_valid=damping_valid,
+        inertia_valid=inertia_valid,
+        status=min(_STATUS(fields), Status.FAULT),
+        reset_count=reset_count,
+        reset_reason=reset_reason,
+    )
+
+
 def _spring(state: bytes | None) -> Spring | None:
     if state is None:
         return None
     message = deserialize_message(state, EstimatorState)
-    return learned_spring(message) if message.k2_valid else None
+    return identified_spring(message) if message.k2_valid else None
 
 
-def side_of(stamp_ns: int, impedance: Sequence[float]) -> TransmissionEstimate:
-    """What the fusion takes from the numbers of a TransmissionImpedance, in the order of its fields."""
-    status = min(_STATUS(impedance), Status.FAULT)
-    row = (
-        stamp_ns,
-        *_FORCE(impedance),
-        ImpedanceEstimate(*_ROD(impedance)),
-        *_VALID(impedance),
-        status,
-        *_RESET(impedance),
-    )
-    return TransmissionEstimate(*row)
-
-
-def _places(*names: str) -> Callable[[Sequence[float]], Any]:
+def _getter(*names: str) -> Callable[[Sequence[float]], Any]:
     fields = list(TransmissionImpedance.get_fields_and_field_types())[1:]
     return itemgetter(*(fields.index(name) for name in names))
 
 
-_FORCE = _places("force", "force_variance", "force_valid")
-_ROD = _places(
-    "stiffness", "damping", "inertia", "stiffness_variance", "damping_variance", "inertia_variance",
-    "stiffness_damping_covariance", "stiffness_inertia_covariance", "damping_inertia_covariance",
-)  # fmt: skip
-_VALID = _places("stiffness_valid", "damping_valid", "inertia_valid")
-_STATUS = _places("status")
-_RESET = _places("reset_count", "reset_reason")
+_FORCE = _getter("force", "force_variance", "force_valid")
+_IMPEDANCE = _getter(*ImpedanceEstimate._fields)
+_VALID = _getter("stiffness_valid", "damping_valid", "inertia_valid")
+_STATUS = _getter("status")
+_RESET = _getter("reset_count", "reset_reason")
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""The joint's experiment through the pure cores: small runs, judged against the rig's truth."""
+"""Experiment on the joint without ROS: short runs against the truth of the rig."""
 
 import json
 
@@ -8,7 +8,7 @@ from vsa_bench.joint import command as bench_joint
 from vsa_bench.joint.case import Case, external_torque, geometry, rig_config
 from vsa_bench.joint.experiment import record, run
 from vsa_bench.joint.recorded import identify_series
-from vsa_bench.joint.report import case_json, identified_holds
+from vsa_bench.joint.report import case_json, identified_covers
 from vsa_joint.settings import JointConfig
 
 KEYS = {
@@ -24,13 +24,13 @@ def with_friction():
 
 def test_with_friction_the_experiment_agrees_with_the_rig_and_the_estimate_with_the_experiment(with_friction):
     o = with_friction
-    found = o.identified.impedance
-    assert found.stiffness == pytest.approx(o.truth.stiffness, rel=0.01)
-    assert found.damping == pytest.approx(o.truth.damping, rel=0.03)
-    assert o.estimated.stiffness == pytest.approx(found.stiffness, rel=0.015)
-    assert o.estimated.damping == pytest.approx(found.damping, rel=0.04)
-    assert identified_holds(o, "stiffness")
-    assert identified_holds(o, "damping")
+    identified = o.identified.impedance
+    assert identified.stiffness == pytest.approx(o.truth.stiffness, rel=0.01)
+    assert identified.damping == pytest.approx(o.truth.damping, rel=0.03)
+    assert o.estimated.stiffness == pytest.approx(identified.stiffness, rel=0.015)
+    assert o.estimated.damping == pytest.approx(identified.damping, rel=0.04)
+    assert identified_covers(o, "stiffness")
+    assert identified_covers(o, "damping")
 
 
 def test_a_case_has_every_key_and_survives_json(with_friction):
@@ -40,7 +40,7 @@ def test_a_case_has_every_key_and_survives_json(with_friction):
     assert case["co_contraction"] == pytest.approx(25.0, rel=0.02)
 
 
-def test_the_paper_is_off_by_two_in_the_branch_terms(with_friction):
+def test_the_printed_damping_term_is_twice_the_true_one(with_friction):
     o = with_friction
     assert (o.printed.damping - 0.01) / (o.truth.damping - 0.01) == pytest.approx(2.0, rel=0.15)
 
@@ -53,14 +53,14 @@ def test_the_torque_without_friction_is_twenty_millinewtonmetres_rms():
 def test_seeds_differ_between_frictions_and_repeats():
     arguments = bench_joint._arguments(["--seeds", "2"])
     cases = bench_joint._cases(arguments)
-    loud = [case for case in cases if not case.frictionless]
-    assert len(loud) == 60
-    assert len(set(loud)) == 60
-    assert len(cases) - len(loud) == 15
+    frictional = [case for case in cases if not case.frictionless]
+    assert len(frictional) == 60
+    assert len(set(frictional)) == 60
+    assert len(cases) - len(frictional) == 15
 
 
 def series(case, drop=slice(0, 0)):
-    """Angle and torque as a bag has them: 40 samples a second, each with its stamp."""
+    """Angle and torque as in a bag: 40 samples per second with stamps."""
     config = rig_config(case)
     recording = record(case, config)
     stamps = 1e9 * np.arange(len(recording.angle)) / case.rate_hz
@@ -69,15 +69,15 @@ def series(case, drop=slice(0, 0)):
     return [np.stack([stamps[keep], values[keep]], axis=1) for values in (recording.angle, recording.torque)], joint
 
 
-def test_a_recording_as_a_real_rig_gives_it_is_identified_with_an_interval(with_friction):
+def test_recorded_series_are_identified_with_an_interval(with_friction):
     (angle, torque), joint = series(with_friction.case)
-    found, truth = identify_series(angle, torque, joint, 20.0), with_friction.truth
-    assert found.impedance.stiffness == pytest.approx(truth.stiffness, rel=0.01)
-    assert found.impedance.damping == pytest.approx(truth.damping, rel=0.03)
-    assert abs(found.impedance.stiffness - truth.stiffness) < 3.0 * found.std.stiffness
+    identified, truth = identify_series(angle, torque, joint, 20.0), with_friction.truth
+    assert identified.impedance.stiffness == pytest.approx(truth.stiffness, rel=0.01)
+    assert identified.impedance.damping == pytest.approx(truth.damping, rel=0.03)
+    assert abs(identified.impedance.stiffness - truth.stiffness) < 3.0 * identified.std.stiffness
 
 
-def test_a_recording_with_a_gap_or_too_short_is_refused():
+def test_a_recording_with_a_gap_or_too_short_raises():
     rows = np.stack([1e9 * np.arange(0.0, 50.0, 0.025), np.zeros(2000)], axis=1)
     joint = JointConfig().joint
     with pytest.raises(ValueError, match="joint_states: 1"):
@@ -86,6 +86,6 @@ def test_a_recording_with_a_gap_or_too_short_is_refused():
         identify_series(rows[:1000], rows[:1000], joint, 20.0)
 
 
-def test_a_bag_that_is_not_there_is_one_line(capsys, tmp_path):
+def test_a_missing_bag_gives_a_one_line_error(capsys, tmp_path):
     assert bench_joint.main(["--bag", str(tmp_path / "none")]) == 1
     assert capsys.readouterr().err.count("\n") == 1

@@ -1,13 +1,14 @@
-"""What makes the motors hold, how soon, and what is said; instants are given."""
+"""Faults that hold the motors, delay and reason of the hold, recovery; instants are given."""
 
 import math
 from dataclasses import replace
 
 import pytest
 from vsa_common.types import Status
-from vsa_joint.control.controller import Target
+from vsa_joint.control.mode import Mode
+from vsa_joint.control.records import Inputs, JointMeasurement, Target
 from vsa_joint.control.springs import Spring
-from vsa_joint.control.supervisor import Inputs, JointMeasurement, Mode, Supervisor
+from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.settings import ControlConfig
 
 MS = 1_000_000
@@ -21,31 +22,31 @@ TARGET = Target(0.0, 1.5)
 
 
 class Feed:
-    """All inputs at 100 Hz, but for what a test breaks."""
+    """All inputs at 100 Hz, except for the faults of a test."""
 
     def __init__(self, **config):
         self.supervisor = Supervisor(ControlConfig(**config))
         self.inputs = Inputs()
         self.now = 0
 
-    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, quiet=(), frozen=(), late=None):
-        """Steps for `ms`; `quiet` names inputs that stop, `late` has ages by stamp [ms].
+    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, silent=(), frozen=(), late=None):
+        """Run for `ms`; `silent` names inputs that stop, `late` has ages by stamp [ms].
 
-        Returns (instant, mode, reason, motors) of each.
+        Returns (instant, mode, reason, motors) of each period.
         """
         out = []
         for _ in range(ms // 10):
             self.now += 10 * MS
             i = self.inputs
             noise = 1e-4 * (self.now // MS % 7)
-            if "joint" not in quiet:
-                noisy = tuple(t + (0.0 if side in frozen else noise) for side, t in enumerate(joint.tension))
+            if "joint" not in silent:
+                noisy = tuple(t + (0.0 if index in frozen else noise) for index, t in enumerate(joint.tension))
                 i.joint, i.joint_ns = replace(joint, tension=noisy), self.now
-            if "angle" not in quiet:
+            if "angle" not in silent:
                 i.angle, i.angle_ns = 0.0, self.now
-            if "motors" not in quiet:
+            if "motors" not in silent:
                 i.motors, i.motors_ns = motors, self.now
-            if "springs" not in quiet:
+            if "springs" not in silent:
                 i.springs, i.springs_ns = SPRINGS, (self.now, self.now)
             i.measured_ns = {topic: self.now - age * MS for topic, age in (late or {}).items()}
             if commands:
@@ -55,7 +56,7 @@ class Feed:
         return out
 
 
-def working():
+def active():
     feed = Feed()
     assert feed.run(500)[-1][1] is Mode.ACTIVE
     return feed
@@ -67,7 +68,7 @@ def first_hold(feed, out, since):
     return (held[0][0] - since) / MS, held[-1][2]
 
 
-def test_nothing_is_said_to_the_motors_before_the_first_command():
+def test_no_motor_command_before_the_first_stiffness_command():
     feed = Feed()
     out = feed.run(200, commands=False)
     assert {row[3] for row in out} == {None}
@@ -75,144 +76,144 @@ def test_nothing_is_said_to_the_motors_before_the_first_command():
 
 
 @pytest.mark.parametrize(
-    ("quiet", "reason"),
+    ("silent", "expected"),
     [
         ("joint", "joint_impedance silent"),
         ("angle", "joint_states silent"),
         ("motors", "motor_states silent"),
     ],
 )
-def test_a_silent_input_holds_within_a_hundred_milliseconds(quiet, reason):
-    feed = working()
+def test_a_silent_input_holds_within_a_hundred_milliseconds(silent, expected):
+    feed = active()
     since = feed.now
-    delay, told = first_hold(feed, feed.run(300, quiet=(quiet,)), since)
+    delay, reason = first_hold(feed, feed.run(300, silent=(silent,)), since)
     assert delay <= 100
-    assert told == reason
+    assert reason == expected
 
 
 @pytest.mark.parametrize(
-    ("joint", "reason"),
+    ("joint", "expected"),
     [
         (replace(GOOD, stiffness_valid=False, reason="transmission_1 CONVERGING"), "transmission_1 CONVERGING"),
         (replace(GOOD, status=Status.STALE, reason="transmission_2 silent"), "transmission_2 silent"),
         (replace(GOOD, force_valid=False, status=Status.DEGRADED, reason="transmission_1 DEGRADED"), "transmission_1"),
     ],
 )
-def test_an_invalid_estimate_holds_at_once_where_the_motors_are(joint, reason):
-    feed = working()
+def test_an_invalid_estimate_holds_immediately_at_the_measured_positions(joint, expected):
+    feed = active()
     since = feed.now
     out = feed.run(200, joint=joint)
-    delay, told = first_hold(feed, out, since)
+    delay, reason = first_hold(feed, out, since)
     assert delay <= 10
-    assert reason in told
+    assert expected in reason
     assert {row[3] for row in out} == {MOTORS}
 
 
-@pytest.mark.parametrize("side", [0, 1])
-def test_a_frozen_force_holds_within_a_second(side):
-    feed = working()
+@pytest.mark.parametrize("index", [0, 1])
+def test_a_frozen_force_holds_within_a_second(index):
+    feed = active()
     since = feed.now
-    delay, told = first_hold(feed, feed.run(1200, frozen=(side,)), since)
+    delay, reason = first_hold(feed, feed.run(1200, frozen=(index,)), since)
     assert delay <= 1000
-    assert f"force of transmission_{side + 1} frozen" in told
+    assert f"force of transmission_{index + 1} frozen" in reason
 
 
 @pytest.mark.parametrize(
-    ("tension", "said"), [((0.0, 25.0), "transmission_1 slack"), ((25.0, 110.0), "over its limit")]
+    ("tension", "expected"), [((0.0, 25.0), "transmission_1 slack"), ((25.0, 110.0), "over its limit")]
 )
-def test_a_force_that_cannot_be_holds_at_once(tension, said):
-    feed = working()
+def test_an_implausible_force_holds_immediately(tension, expected):
+    feed = active()
     since = feed.now
-    delay, told = first_hold(feed, feed.run(100, joint=replace(GOOD, tension=tension)), since)
+    delay, reason = first_hold(feed, feed.run(100, joint=replace(GOOD, tension=tension)), since)
     assert delay <= 10
-    assert said in told
+    assert expected in reason
 
 
-def test_a_command_that_stops_holds_after_its_timeout():
-    feed = working()
+def test_the_end_of_commands_holds_after_the_timeout():
+    feed = active()
     since = feed.now
-    delay, told = first_hold(feed, feed.run(1000, commands=False), since)
+    delay, reason = first_hold(feed, feed.run(1000, commands=False), since)
     assert 500 <= delay <= 520
-    assert told == "stiffness_command stopped"
+    assert reason == "stiffness_command stopped"
 
 
-@pytest.mark.parametrize(("silence", "still"), [(200, 20), (1000, 40)])
-def test_control_resumes_by_itself_after_all_was_well_for_a_while(silence, still):
-    feed = working()
-    feed.run(silence, quiet=("joint",))
+@pytest.mark.parametrize(("duration", "holding_periods"), [(200, 20), (1000, 40)])
+def test_control_resumes_after_the_inputs_are_healthy_for_the_recovery_time(duration, holding_periods):
+    feed = active()
+    feed.run(duration, silent=("joint",))
     out = feed.run(1000)
-    assert out[still][1] is Mode.HOLDING
+    assert out[holding_periods][1] is Mode.HOLDING
     assert out[-1][1] is Mode.ACTIVE
     resumed = next(row for row in out if row[1] is Mode.ACTIVE)
     assert resumed[3] == pytest.approx(MOTORS, abs=0.05)
 
 
-def test_a_short_silence_costs_no_more_than_twice_itself():
-    feed = working()
-    held = [row for row in feed.run(120, quiet=("joint",)) if row[1] is Mode.HOLDING]
+def test_a_short_timeout_costs_no_more_than_twice_its_duration():
+    feed = active()
+    held = [row for row in feed.run(120, silent=("joint",)) if row[1] is Mode.HOLDING]
     out = feed.run(300)
     resumed = next(row for row in out if row[1] is Mode.ACTIVE)
     assert (resumed[0] - held[0][0]) / MS <= 130
 
 
 @pytest.mark.parametrize("topic", ["joint_impedance", "joint_states", "motor_states"])
-def test_a_backlog_is_old_though_it_arrives(topic):
-    feed = working()
+def test_a_backlog_is_detected_by_its_stamps(topic):
+    feed = active()
     assert feed.run(200, late={topic: 30})[-1][1] is Mode.ACTIVE
-    delay, told = first_hold(feed, feed.run(100, late={topic: 150}), feed.now)
+    delay, reason = first_hold(feed, feed.run(100, late={topic: 150}), feed.now)
     assert delay <= 10
-    assert told.startswith(f"{topic} comes late")
+    assert reason.startswith(f"{topic} comes late")
 
 
-def test_of_a_joint_that_comes_late_the_side_is_named_that_has_no_samples():
-    feed = working()
-    feed.inputs.complaints = ("", "no samples")
-    _, told = first_hold(feed, feed.run(20, late={"joint_impedance": 80}), feed.now)
-    assert told.endswith("(transmission_2: no samples)")
+def test_a_delayed_joint_estimate_holds_with_the_fault_of_the_estimator():
+    feed = active()
+    feed.inputs.estimator_faults = ("", "no samples")
+    _, reason = first_hold(feed, feed.run(20, late={"joint_impedance": 80}), feed.now)
+    assert reason.endswith("(transmission_2: no samples)")
 
 
-def test_of_a_joint_that_falls_silent_the_estimators_are_named_that_do_too():
-    feed = working()
-    _, told = first_hold(feed, feed.run(100, quiet=("joint", "springs")), feed.now)
-    assert told.endswith("(transmission_1: silent; transmission_2: silent)")
+def test_a_silent_joint_holds_with_the_names_of_the_silent_estimators():
+    feed = active()
+    _, reason = first_hold(feed, feed.run(100, silent=("joint", "springs")), feed.now)
+    assert reason.endswith("(transmission_1: silent; transmission_2: silent)")
 
 
-def test_an_age_that_nobody_can_know_holds():
-    feed = working()
+def test_a_stamp_in_the_future_holds():
+    feed = active()
     out = feed.run(100, late={"joint_impedance": -3000})
     assert out[0][1] is Mode.HOLDING
     assert "in the future" in out[0][2]
 
 
-def test_at_a_slow_rate_control_works_too():
+def test_control_is_active_at_a_slow_rate():
     feed = Feed(rate=10.0)
     assert feed.run(500)[-1][1] is Mode.ACTIVE
 
 
-def test_motors_that_do_not_follow_are_noticed():
+def test_motors_that_do_not_follow_are_detected():
     feed = Feed()
     out = feed.run(3000, joint=replace(GOOD, tension=(15.0, 15.0), stiffness=0.6))
     assert any("do not follow" in row[2] for row in out)
 
 
 def test_a_refused_command_keeps_the_target():
-    feed = working()
-    judgement = feed.supervisor.command(Target(0.0, 50.0), feed.inputs, feed.now)
-    assert not judgement.accepted
-    assert "within reach" in judgement.text
+    feed = active()
+    feasibility = feed.supervisor.command(Target(0.0, 50.0), feed.inputs, feed.now)
+    assert not feasibility.accepted
+    assert "reachable" in feasibility.text
     assert feed.supervisor.target == TARGET
     assert feed.supervisor.refused == 1
 
 
-def test_one_invalid_damping_does_not_stop_control():
-    feed = working()
+def test_an_invalid_damping_does_not_stop_control():
+    feed = active()
     out = feed.run(200, joint=replace(GOOD, damping_valid=False))
     assert {row[1] for row in out} == {Mode.ACTIVE}
 
 
-def test_a_hold_says_what_the_estimator_complains_of():
-    feed = working()
-    feed.inputs.complaints = ("", "force sensor stuck")
+def test_the_reason_of_a_hold_includes_the_fault_of_the_estimator():
+    feed = active()
+    feed.inputs.estimator_faults = ("", "force sensor stuck")
     out = feed.run(
         100, joint=replace(GOOD, force_valid=False, status=Status.DEGRADED, reason="transmission_2 DEGRADED")
     )

@@ -1,4 +1,4 @@
-"""The identification on a joint integrated here, with the paper's transmissions: it shares no line with the rig."""
+"""Identification against an independent integration of the paper's rig, which shares no code with vsa_simulator."""
 
 import math
 from dataclasses import dataclass, field
@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 from vsa_common.accel import compiled
 from vsa_joint.experiment.excitation import (
-    ANGLE_MAX,
     FRICTION_LINES,
     PERIOD,
     RESPONSE_LINES,
-    largest,
+    largest_multisine,
     low_crest_phases,
     multisine,
 )
 from vsa_joint.experiment.identification import average, from_motion, from_response, line_response
-from vsa_joint.impedance.reflection import Impedance, Joint, TendonPath, response, virtual_work
+from vsa_joint.geometry import Joint, TendonPath
+from vsa_joint.impedance.reflection import Impedance, response, virtual_work
+from vsa_joint.tuning import ANGLE_MAX
 
 RADIUS, JOINT_DAMPING, JOINT_INERTIA = 0.0215, 0.01, 1e-3
 
@@ -54,11 +55,11 @@ class Rig:
     )
 
     def travel(self, force: float) -> np.ndarray:
-        """Motor travel that holds both rods at `force` [N] and the joint at zero."""
+        """Motor travel [m] that holds both transmissions at `force` [N] and the joint at zero."""
         return np.array([2 * law.deflection(force) + force / (2 * self.tendon) for law in self.laws])
 
     def run(self, force: float, torque: np.ndarray, rate: float = 1000.0) -> dict[str, np.ndarray]:
-        """Joint and rods from rest at `force` under external torque; one row a sample of `torque`."""
+        """Motion from rest at `force` [N] under external torque; one row per sample of `torque`."""
         c = 1.0 if self.friction else 0.0
         p = np.array([[w.k2, w.k1, w.force_offset, w.d1, w.d2, w.inertia, c * w.coulomb] for w in self.laws])
         start = np.array([0.0, 0.0, self.laws[0].deflection(force), 0.0, self.laws[1].deflection(force), 0.0])
@@ -78,7 +79,7 @@ class Rig:
 
 
 @compiled
-def _rod(x, v, tension, p):
+def _acceleration(x, v, tension, p):
     k2, k1, f0, d1, d2, m, d0 = p
     w = math.sqrt(d1 / (3.0 * abs(d2)))
     c = min(max(v, -w), w)
@@ -93,9 +94,9 @@ def _rate(y, torque, q, p, kt):
     out[0] = y[1]
     out[1] = (RADIUS * (t1 - t2) + torque - JOINT_DAMPING * y[1]) / JOINT_INERTIA
     out[2] = y[3]
-    out[3] = _rod(y[2], y[3], t1, p[0])
+    out[3] = _acceleration(y[2], y[3], t1, p[0])
     out[4] = y[5]
-    out[5] = _rod(y[4], y[5], t2, p[1])
+    out[5] = _acceleration(y[4], y[5], t2, p[1])
     return out
 
 
@@ -121,12 +122,12 @@ def geometry(tendon):
     return Joint((TendonPath(RADIUS, tendon), TendonPath(RADIUS, tendon)), JOINT_DAMPING, JOINT_INERTIA)
 
 
-def rods(rig, force):
+def transmissions(rig, force):
     return tuple(Impedance(law.stiffness(force), law.d1, law.inertia) for law in rig.laws)
 
 
 def observed(rig, force, torque, noise):
-    """Two periods' mean of angle and torque after a dropped one, and the true impedance at the mean place."""
+    """Mean of two periods of angle and torque after a discarded one, the true impedances at the mean deflections."""
     rate = 200.0
     time = np.arange(round(3 * PERIOD * rate)) / rate
     out = rig.run(force, torque(time), rate)
@@ -134,10 +135,10 @@ def observed(rig, force, torque, noise):
     first = round(PERIOD * rate)
     angle = out["angle"][first:] + noise[0] * generator.standard_normal(len(time) - first)
     measured = out["torque"][first:] + noise[1] * generator.standard_normal(len(time) - first)
-    places = out["deflection"][first:].mean(axis=0)
+    mean = out["deflection"][first:].mean(axis=0)
     true = tuple(
         Impedance(law.k1 * law.k2 * math.exp(law.k2 * x), law.d1, law.inertia)
-        for law, x in zip(rig.laws, places, strict=True)
+        for law, x in zip(rig.laws, mean, strict=True)
     )
     return average(angle, measured, rate, PERIOD), true, out
 
@@ -145,53 +146,53 @@ def observed(rig, force, torque, noise):
 @pytest.mark.parametrize(("force", "tendon"), [(19.5, 2e6), (30.0, 2e4), (120.0, 1e5)])
 def test_with_friction_stiffness_is_within_one_and_damping_within_three_percent(force, tendon):
     rig, joint = Rig(tendon), geometry(tendon)
-    torque = largest(FRICTION_LINES, 3, rods(rig, force), joint, 3.4e-3)
+    torque = largest_multisine(FRICTION_LINES, 3, transmissions(rig, force), joint, 3.4e-3)
     period, true, out = observed(rig, force, torque, (1e-4, 1e-3))
-    found, truth = from_motion(period, joint), virtual_work(true, joint)
-    assert found.impedance.stiffness == pytest.approx(truth.stiffness, rel=0.01)
-    assert found.impedance.damping == pytest.approx(truth.damping, rel=0.03)
-    assert abs(found.impedance.stiffness - truth.stiffness) < 3.0 * found.std.stiffness
-    assert abs(found.impedance.damping - truth.damping) < 3.0 * found.std.damping
-    assert found.friction == pytest.approx(0.5 * RADIUS * 0.8, rel=0.2)
+    identified, truth = from_motion(period, joint), virtual_work(true, joint)
+    assert identified.impedance.stiffness == pytest.approx(truth.stiffness, rel=0.01)
+    assert identified.impedance.damping == pytest.approx(truth.damping, rel=0.03)
+    assert abs(identified.impedance.stiffness - truth.stiffness) < 3.0 * identified.std.stiffness
+    assert abs(identified.impedance.damping - truth.damping) < 3.0 * identified.std.damping
+    assert identified.friction == pytest.approx(0.5 * RADIUS * 0.8, rel=0.2)
     assert np.abs(out["angle"]).max() < 1.1 * ANGLE_MAX
 
 
-def test_without_friction_the_response_and_all_three_parts_are_right():
+def test_without_friction_response_stiffness_damping_and_inertia_agree_with_the_truth():
     rig, joint = Rig(1e5, friction=False), geometry(1e5)
     torque = multisine(RESPONSE_LINES, 0.02, 1)
     rate = 1000.0
     time = np.arange(round(3 * PERIOD * rate)) / rate
     out = rig.run(50.0, torque(time), rate)
     period = average(out["angle"][20000:], out["torque"][20000:], rate, PERIOD)
-    measured, true = line_response(period, RESPONSE_LINES), rods(rig, 50.0)
+    measured, true = line_response(period, RESPONSE_LINES), transmissions(rig, 50.0)
     assert np.abs(measured / response(torque.frequency, true, joint) - 1.0).max() < 0.01
-    found, truth = from_response(torque.frequency, measured, joint).impedance, virtual_work(true, joint)
-    assert (found.stiffness, found.damping) == pytest.approx((truth.stiffness, truth.damping), rel=0.005)
-    assert found.inertia == pytest.approx(truth.inertia, rel=0.02)
+    identified, truth = from_response(torque.frequency, measured, joint).impedance, virtual_work(true, joint)
+    assert (identified.stiffness, identified.damping) == pytest.approx((truth.stiffness, truth.damping), rel=0.005)
+    assert identified.inertia == pytest.approx(truth.inertia, rel=0.02)
 
 
-def test_a_response_computed_from_equal_rods_gives_them_back_exactly():
-    side, joint = Impedance(2000.0, 4000.0, 0.3), geometry(5e4)
+def test_the_response_of_equal_transmissions_is_identified_exactly():
+    transmission, joint = Impedance(2000.0, 4000.0, 0.3), geometry(5e4)
     frequency = np.array([0.05, 0.3, 2.0, 9.0, 20.0])
-    found = from_response(frequency, response(frequency, (side, side), joint), joint).impedance
-    truth = virtual_work((side, side), joint)
-    assert (found.stiffness, found.damping, found.inertia) == pytest.approx(
+    identified = from_response(frequency, response(frequency, (transmission, transmission), joint), joint).impedance
+    truth = virtual_work((transmission, transmission), joint)
+    assert (identified.stiffness, identified.damping, identified.inertia) == pytest.approx(
         (truth.stiffness, truth.damping, truth.inertia), rel=1e-6
     )
 
 
-def test_a_joint_that_hardly_moves_is_refused_with_what_helps():
-    still = average(1e-6 * np.ones(4000), np.zeros(4000), 200.0, PERIOD)
+def test_insufficient_motion_raises_with_advice():
+    at_rest = average(1e-6 * np.ones(4000), np.zeros(4000), 200.0, PERIOD)
     with pytest.raises(ValueError, match="use more torque"):
-        from_motion(still, geometry(1e5))
+        from_motion(at_rest, geometry(1e5))
 
 
-def test_less_than_a_period_is_refused():
+def test_less_than_a_period_raises():
     with pytest.raises(ValueError, match="expected a period"):
         average(np.zeros(100), np.zeros(100), 200.0, PERIOD)
 
 
-def test_phases_have_a_lower_crest_than_most():
+def test_the_phases_have_a_lower_crest_factor_than_random_ones():
     lines = FRICTION_LINES
     time = np.arange(0.0, PERIOD, 0.01)
     waves = 2.0 * np.pi * np.outer(time, np.array(lines) / PERIOD)
@@ -201,7 +202,7 @@ def test_phases_have_a_lower_crest_than_most():
     assert chosen < np.quantile(others, 0.05)
 
 
-def test_a_multisine_has_the_rms_it_is_asked_for():
+def test_a_multisine_has_the_given_rms():
     torque = multisine(RESPONSE_LINES, 0.02, 2)
     assert torque(np.arange(0.0, PERIOD, 1e-3)).std() == pytest.approx(0.02, rel=1e-3)
     assert torque.rms == pytest.approx(0.02)

@@ -1,4 +1,4 @@
-"""The split of the tensions: what is internal gives no torque, and both parts add up."""
+"""Split of the tensions: the internal part has no torque, and both parts add up."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from vsa_joint.impedance.tension import internal_part, motion_part, split
 TENSION, RADIUS = (31.0, 12.5), (0.0215, 0.03)
 
 
-def test_parts_add_up_and_the_internal_one_gives_no_torque():
+def test_the_parts_add_up_and_the_internal_part_has_no_torque():
     internal, motion = internal_part(TENSION, RADIUS), motion_part(TENSION, RADIUS)
     assert np.add(internal, motion) == pytest.approx(TENSION)
     assert np.dot([RADIUS[0], -RADIUS[1]], internal) == pytest.approx(0.0, abs=1e-15)

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vsa_bench.joint.case import estimator_config
-from vsa_bench.joint.experiment import joint_side
+from vsa_bench.joint.experiment import transmission_estimate
 from vsa_estimator.estimator import Estimator
-from vsa_joint.control.controller import Target
-from vsa_joint.control.springs import learned_spring
-from vsa_joint.control.supervisor import Inputs, JointMeasurement, Mode, Supervisor
+from vsa_joint.control.mode import Mode
+from vsa_joint.control.records import Inputs, JointMeasurement, Target
+from vsa_joint.control.springs import identified_spring
+from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.impedance.fusion import JointFusion
 from vsa_joint.settings import ControlConfig, JointConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig
@@ -59,7 +60,7 @@ class Chain:
             for side, estimator in enumerate(self.estimators):
                 deflection = (int(samples.readings.counts[i, side]) - 1000) * 1e-5
                 estimate = estimator.add(stamp, float(samples.readings.forces[i, side]), deflection)
-                self.fusion.add(side, joint_side(estimate), stamp)
+                self.fusion.add(side, transmission_estimate(estimate), stamp)
 
     def _read(self, samples, now):
         newest, inputs = self.fusion.newest, self.inputs
@@ -69,7 +70,7 @@ class Chain:
         )  # fmt: skip
         inputs.joint_ns = inputs.angle_ns = inputs.motors_ns = now
         inputs.angle, inputs.motors = float(samples.readings.angle[-1]), tuple(samples.readings.motors[-1])
-        first, second = (learned_spring(estimator.state()) for estimator in self.estimators)
+        first, second = (identified_spring(estimator.state()) for estimator in self.estimators)
         inputs.springs, inputs.springs_ns = (first, second), (now, now)
 
 

@@ -1,4 +1,4 @@
-"""What is varied from run to run, and the rig and the estimators that follow from it."""
+"""Parameters of a case, and the configurations of rig, joint and estimators that follow from it."""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,22 +6,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from vsa_common.config.configuration import build
 from vsa_estimator.settings import EstimatorConfig
-from vsa_joint.experiment.excitation import FRICTION_LINES, RESPONSE_LINES, Multisine, largest, multisine
-from vsa_joint.impedance.reflection import Impedance, Joint, Sides, TendonPath
+from vsa_joint.experiment.excitation import FRICTION_LINES, RESPONSE_LINES, Multisine, largest_multisine, multisine
+from vsa_joint.geometry import Joint, TendonPath
+from vsa_joint.impedance.reflection import Impedance, Transmissions
 from vsa_joint.settings import JointConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig, TransmissionConfig
 
-RATE_HZ, EXACT_RATE_HZ = 200, 1000  # the second where lines up to 20 Hz must not pass for noise
+RATE_HZ, EXACT_RATE_HZ = 200, 1000  # the second for lines up to 20 Hz
 SMALL_TORQUE = 0.02  # N m rms, without friction
 FILTER_RATE_HZ, EXACT_FILTER_RATE_HZ = 100.0, 500.0
-EXACT_FORCE, EXACT_DEFLECTION = 1e-3, 1e-7  # N, m, noise that an estimator of exact sensors is told
-TORQUE_FADE_IN = 40.0  # s, while the motors move for the estimators
-JUDGED_FREQUENCY = 0.65  # Hz, up to which stiffness and damping are compared
+EXACT_FORCE, EXACT_DEFLECTION = 1e-3, 1e-7  # N, m, noise in the configuration of an estimator with exact sensors
+TORQUE_FADE_IN = 40.0  # s, during the excitation of the estimators
+TOP_EVALUATED_FREQUENCY = 0.65  # Hz, for stiffness and damping
 
 
 @dataclass(frozen=True)
 class Case:
-    """Rod force while the motors are held [N], tendon [N/m], friction of both rods [N], and a seed."""
+    """Force while the motors are held [N], tendon [N/m], friction of both transmissions [N], and a seed."""
 
     force: float
     tendon_stiffness: float
@@ -30,17 +31,17 @@ class Case:
 
     @property
     def frictionless(self) -> bool:
-        """Whether the plain response can be used."""
+        """Whether the linear response applies."""
         return self.coulomb_friction == 0.0
 
     @property
     def rate_hz(self) -> int:
-        """Samples a second."""
+        """Sampling rate [Hz]."""
         return EXACT_RATE_HZ if self.frictionless else RATE_HZ
 
 
 def rig_config(case: Case) -> RigConfig:
-    """The rig of a case, with its external torque; exact sensors of angle and torque where there is no friction."""
+    """Rig of a case with its external torque; exact sensors without friction."""
     rig = RigConfig()
     changes = {"tendon_stiffness": case.tendon_stiffness, "coulomb_friction": case.coulomb_friction}
     rig = replace(
@@ -65,16 +66,16 @@ def rig_config(case: Case) -> RigConfig:
 
 
 def external_torque(case: Case, rig: RigConfig) -> Multisine:
-    """As large as the predicted motion allows with friction; small without."""
+    """Largest multisine that the predicted motion permits with friction; a small one without."""
     if case.frictionless:
         return multisine(RESPONSE_LINES, SMALL_TORQUE, case.seed)
-    sides = rods_at_rest(case, rig)
+    transmissions = transmissions_at_rest(case, rig)
     slowest = min(math.sqrt(c.d1 / (-3.0 * c.d2)) for c in (rig.transmission_1, rig.transmission_2))
-    return largest(FRICTION_LINES, case.seed, sides, geometry(rig), slowest)
+    return largest_multisine(FRICTION_LINES, case.seed, transmissions, geometry(rig), slowest)
 
 
-def rods_at_rest(case: Case, rig: RigConfig) -> Sides:
-    """Both rods as the motors hold them."""
+def transmissions_at_rest(case: Case, rig: RigConfig) -> Transmissions:
+    """Impedance of both transmissions with held motors."""
     first, second = (
         Impedance(c.k2 * (case.force - c.force_offset), c.d1, c.inertia)
         for c in (rig.transmission_1, rig.transmission_2)
@@ -83,13 +84,13 @@ def rods_at_rest(case: Case, rig: RigConfig) -> Sides:
 
 
 def geometry(rig: RigConfig) -> Joint:
-    """The rig's own geometry."""
+    """True geometry of the rig."""
     first, second = (TendonPath(rig.joint.radius, c.tendon_stiffness) for c in (rig.transmission_1, rig.transmission_2))
     return Joint((first, second), rig.joint.damping, rig.joint.inertia)
 
 
 def joint_config(rig: RigConfig) -> JointConfig:
-    """What the joint core is told about the rig."""
+    """Configuration of the joint fusion with the geometry of the rig."""
     return JointConfig(
         radius=(rig.joint.radius,) * 2,
         tendon_stiffness=(rig.transmission_1.tendon_stiffness, rig.transmission_2.tendon_stiffness),
@@ -98,9 +99,9 @@ def joint_config(rig: RigConfig) -> JointConfig:
     )
 
 
-def estimator_config(coefficients: TransmissionConfig, rig: RigConfig, side: int) -> EstimatorConfig:
-    """An estimator that starts wrong: k2 by 30 %, d1, d2 and inertia off, drawn from the seed."""
-    generator = np.random.default_rng([rig.seed, side])
+def estimator_config(coefficients: TransmissionConfig, rig: RigConfig, index: int) -> EstimatorConfig:
+    """Estimator with initial errors: 30 % of k2, and of d1, d2, inertia; signs drawn from the seed."""
+    generator = np.random.default_rng([rig.seed, index])
     k2 = coefficients.k2 * generator.choice([0.7, 1.3])
     start = {
         "k2": k2,
@@ -124,6 +125,6 @@ def estimator_config(coefficients: TransmissionConfig, rig: RigConfig, side: int
 
 
 def travel(force: float, coefficients: TransmissionConfig) -> float:
-    """Tendon travel at which a rod bears `force` with the joint at zero [m]."""
+    """Tendon travel [m] at which a transmission bears `force` [N] with the joint at zero."""
     deflection = math.log((force - coefficients.force_offset) / coefficients.k1) / coefficients.k2
     return 2.0 * deflection + force / (2.0 * coefficients.tendon_stiffness)

@@ -1,4 +1,4 @@
-"""`./vsa bench joint`: the joint's impedance identified independently of the estimators, beside theirs."""
+"""`./vsa bench joint`: impedance of the joint, identified independently of the estimators, against the estimate."""
 
 import argparse
 import json
@@ -19,14 +19,14 @@ from vsa_common.terminal import progress, show_table
 from vsa_joint.experiment.excitation import PERIOD
 from vsa_joint.settings import JointConfig
 
-FORCES = (19.5, 30.0, 50.0, 80.0, 120.0)  # N, five levels of co-contraction
+FORCES = (19.5, 30.0, 50.0, 80.0, 120.0)  # N, levels of co-contraction
 TENDONS = (2e4, 1e5, 2e6)  # N/m
 FRICTIONS = (0.3, 0.5)  # N
 SEEDS = 2
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the experiment; exit code 0."""
+    """Run the experiment; exit code 0, or 1 for a bag that is not usable."""
     arguments = _arguments(argv)
     if arguments.bag:
         return _from_bag(arguments)
@@ -48,22 +48,22 @@ def main(argv: list[str] | None = None) -> int:
 def _from_bag(arguments: argparse.Namespace) -> int:
     config = load(arguments.config, "joint", JointConfig) if arguments.config else JointConfig()
     try:
-        found = identify_bag(arguments.bag, config.joint, arguments.period)
+        identified = identify_bag(arguments.bag, config.joint, arguments.period)
     except (BagError, ValueError) as error:
         print(f"bench joint: {error}", file=sys.stderr)
         return 1
     units = {"stiffness": "N m/rad", "damping": "N m s/rad", "inertia": "kg m^2"}
-    rows_of_table = [
+    table = [
         [name, f"{value:.4g}", f"{value - 1.96 * std:.4g} to {value + 1.96 * std:.4g}", units[name]]
-        for name, value, std in zip(units, astuple(found.impedance), astuple(found.std), strict=True)
+        for name, value, std in zip(units, astuple(identified.impedance), astuple(identified.std), strict=True)
     ]
-    note = f"dry friction {1e3 * found.friction:.3g} mN m, unexplained {1e3 * found.residual:.3g} mN m rms"
-    show_table("Joint impedance from torque and angle", ("", "value", "95 % interval", ""), rows_of_table, note)
+    note = f"dry friction {1e3 * identified.friction:.3g} mN m, residual {1e3 * identified.residual:.3g} mN m rms"
+    show_table("Joint impedance from torque and angle", ("", "value", "95 % interval", ""), table, note)
     if arguments.json:
         result = {
-            "identified": asdict(found.impedance),
-            "identified_std": asdict(found.std),
-            "friction": found.friction,
+            "identified": asdict(identified.impedance),
+            "identified_std": asdict(identified.std),
+            "friction": identified.friction,
         }
         arguments.json.write_text(json.dumps(result, indent=1) + "\n")
     return 0
@@ -87,23 +87,38 @@ def _cases(arguments: argparse.Namespace) -> list[Case]:
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="bench joint",
-        description="Motors held, external torque on the joint: its impedance from torque and angle alone, against the "
-        "rig's truth, the reflections and the live estimate. Simulated, faster than real time.",
+        description="Held motors, external torque on the joint: impedance from torque and angle alone, against the "
+        "truth of the simulated rig, the reflections and the live estimate. Faster than real time.",
     )
-    parser.add_argument("--force", nargs="+", type=float, default=list(FORCES), metavar="N", help="rod force held")
+    parser.add_argument(
+        "--force", nargs="+", type=float, default=list(FORCES), metavar="N", help="force while the motors are held"
+    )
     parser.add_argument("--tendon", nargs="+", type=float, default=[1e-3 * k for k in TENDONS], metavar="N/mm")
-    parser.add_argument("--friction", nargs="+", type=float, default=[0.0, *FRICTIONS], metavar="N", help="of each rod")
+    parser.add_argument(
+        "--friction",
+        nargs="+",
+        type=float,
+        default=[0.0, *FRICTIONS],
+        metavar="N",
+        help="friction of each transmission",
+    )
     parser.add_argument(
         "--seeds", type=int, default=SEEDS, metavar="COUNT", help=f"runs a case with friction ({SEEDS})"
     )
     parser.add_argument("--seed", type=int, default=1, help="first seed (1)")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
-    parser.add_argument("--quick", action="store_true", help="one place, with and without friction: within a minute")
+    parser.add_argument(
+        "--quick", action="store_true", help="one force and tendon, with and without friction: within a minute"
+    )
     parser.add_argument(
         "--bag", type=Path, help="no simulation: identify from external_torque and joint_states of a bag"
     )
-    parser.add_argument("--period", type=float, default=PERIOD, metavar="S", help="of the bag's torque (%(default)s)")
-    parser.add_argument("--config", type=Path, metavar="YAML", help="whose section `joint` has the bag's geometry")
+    parser.add_argument(
+        "--period", type=float, default=PERIOD, metavar="S", help="period of the bag's torque (%(default)s)"
+    )
+    parser.add_argument(
+        "--config", type=Path, metavar="YAML", help="configuration with section `joint`: geometry for the bag"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="png, svg or pdf")
     return parser.parse_args(argv)

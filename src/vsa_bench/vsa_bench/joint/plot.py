@@ -1,4 +1,4 @@
-"""Picture of the experiment: the response without friction, and the errors of identified and estimated with it."""
+"""Figure: response without friction; errors of identified and estimated impedance with friction."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,22 +8,22 @@ from vsa_bench.joint.experiment import Outcome
 from vsa_bench.joint.report import NAMES, PERCENT, relative_error
 from vsa_common.figures import JOINT, SIDE_1, SIDE_2, TRUTH, WARNING, Axes, panels, save
 
-COLORS = (SIDE_1, JOINT, WARNING)  # of the tendons, the softest first
-OFFSET = 1.0  # N, that keeps both kinds of dots apart
-SERIES = (("identified, of the truth", SIDE_1, -OFFSET), ("estimated, of the identified", SIDE_2, OFFSET))
+COLORS = (SIDE_1, JOINT, WARNING)  # by tendon stiffness, ascending
+OFFSET = 1.0  # N, between the markers of both series
+SERIES = (("identified, against truth", SIDE_1, -OFFSET), ("estimated, against identified", SIDE_2, OFFSET))
 
 
 def plot(outcomes: Sequence[Outcome], path: Path) -> None:
-    """Draw what there is: a row for the response, a row for the errors."""
-    free = [o for o in outcomes if o.response]
-    loud = [o for o in outcomes if not o.case.frictionless]
-    count = bool(free) + bool(loud)
-    figure, axes = panels(count, 2, height=3.2 * count, title="The joint's impedance")
+    """Save the figure: a row for the response, a row for the errors, each if there are such cases."""
+    frictionless_cases = [o for o in outcomes if o.response]
+    with_friction = [o for o in outcomes if not o.case.frictionless]
+    count = bool(frictionless_cases) + bool(with_friction)
+    figure, axes = panels(count, 2, height=3.2 * count, title="Impedance of the joint")
     rows = list(np.atleast_2d(axes))
-    if free:
-        _responses(rows[0], free)
-    if loud:
-        _errors(rows[-1], loud)
+    if frictionless_cases:
+        _responses(rows[0], frictionless_cases)
+    if with_friction:
+        _errors(rows[-1], with_friction)
     save(figure, path)
 
 
@@ -41,7 +41,7 @@ def _responses(axes: Sequence[Axes], outcomes: Sequence[Outcome]) -> None:
     magnitude.plot([], [], ".", color=TRUTH, markersize=3, label="measured")
     magnitude.legend(fontsize="small")
     magnitude.set(xscale="log", yscale="log", xlabel="Hz", ylabel="N m/rad", title="torque over angle, no friction")
-    phase.set(xscale="log", xlabel="Hz", ylabel="degrees", title="its phase")
+    phase.set(xscale="log", xlabel="Hz", ylabel="degrees", title="phase of torque over angle")
 
 
 def _errors(axes: Sequence[Axes], outcomes: Sequence[Outcome]) -> None:
@@ -54,5 +54,5 @@ def _errors(axes: Sequence[Axes], outcomes: Sequence[Outcome]) -> None:
             forces = [o.case.force + offset for o in outcomes]
             axis.plot(forces, [PERCENT * e for e in errors], "o", color=color, markersize=3, alpha=0.6, label=label)
         axis.axhline(0.0, color=TRUTH, linewidth=0.6)
-        axis.set(xlabel="rod force held, N", ylabel="error, %", title=f"{name}, with friction")
+        axis.set(xlabel="force while held, N", ylabel="error, %", title=f"{name}, with friction")
     axes[0].legend(fontsize="small")

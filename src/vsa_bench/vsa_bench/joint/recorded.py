@@ -1,4 +1,4 @@
-"""The experiment on a bag from a real rig: `external_torque` and `joint_states` while the motors are held."""
+"""Identification from a bag: `external_torque` and `joint_states` with held motors."""
 
 from pathlib import Path
 
@@ -9,15 +9,15 @@ from vsa_common.types import Array
 from vsa_joint.experiment.identification import Identified, average, from_motion
 from vsa_joint.impedance.reflection import Joint
 
-RATE_HZ = 200.0  # of the common grid
-LONGEST_GAP = 0.1  # s
+RATE_HZ = 200.0  # of the resampled signals
+MAX_GAP = 0.1  # s
 
 
 def identify_bag(bag: Path, joint: Joint, period: float, namespace: str = "/vsa") -> Identified:
-    """Impedance of the joint from the last whole periods of a bag, the first of them dropped.
+    """Impedance of the joint from the last whole periods of a bag without the first one.
 
-    `period` [s] is that of the external torque. Raises BagError for a bag that cannot be read, ValueError for
-    one that lacks the signals, has gaps, or holds less than two periods.
+    `period` [s] is that of the external torque. Raises BagError for an unreadable bag, ValueError for missing
+    signals, gaps, or less than two periods.
     """
     torque_topic, angle_topic = f"{namespace}/external_torque", f"{namespace}/joint_states"
     rows: dict[str, list[tuple[float, float]]] = {torque_topic: [], angle_topic: []}
@@ -32,13 +32,13 @@ def identify_bag(bag: Path, joint: Joint, period: float, namespace: str = "/vsa"
 
 
 def identify_series(angle: Array, torque: Array, joint: Joint, period: float) -> Identified:
-    """The same from rows of stamp [ns] and value (rad, N m)."""
+    """The same from arrays (n, 2) of stamp [ns] and value (rad, N m)."""
     begin, end = max(angle[0, 0], torque[0, 0]), min(angle[-1, 0], torque[-1, 0])
     for name, rows in (("joint_states", angle), ("external_torque", torque)):
         inside = rows[(rows[:, 0] >= begin) & (rows[:, 0] <= end), 0]
         gap = float(np.diff(inside).max()) * 1e-9 if len(inside) > 1 else np.inf
-        if gap > LONGEST_GAP:
-            raise ValueError(f"{name}: {gap:.2f} s without a sample; expected {LONGEST_GAP} s at most")
+        if gap > MAX_GAP:
+            raise ValueError(f"{name}: {gap:.2f} s without a sample; expected {MAX_GAP} s at most")
     periods = int((end - begin) * 1e-9 // period)
     if periods < 2:
         raise ValueError(f"{(end - begin) * 1e-9:.1f} s of both signals; expected two periods of {period} s at least")

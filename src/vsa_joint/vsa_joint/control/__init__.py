@@ -1,0 +1,4 @@
+"""Stiffness control. Input: commands, joint impedance, springs, angle, motors. Output: motor positions, mode.
+
+Permitted imports: vsa_common, vsa_joint.geometry, vsa_joint.impedance, vsa_joint.settings, vsa_joint.tuning
+"""

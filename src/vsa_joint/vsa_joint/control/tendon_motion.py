@@ -1,65 +1,65 @@
-"""How both rods move while the springs are wound up or let down together: one torque balance, two unequal dampers.
+"""Motion of both transmissions while the co-contraction changes: one torque balance, two unequal dampers.
 
-At rest the force of the springs gives each rod its place. On the way the dampers take their share, and where they are
-unequal one rod leads the other until the springs make up for it; how fast it can is the dampers' affair, too. Motors
-that follow each rod on that way leave the joint where it is. Both deviate so that the joint's stiffness stays.
+At rest the force determines each deflection. In motion the dampers bear a part of the force; with unequal dampers one
+transmission leads the other. Motors that follow this motion exert no torque on the joint. The lead is distributed over
+both transmissions so that the stiffness of the joint does not change.
 """
 
-from vsa_joint.control.springs import Spring, Springs, partner_force
-from vsa_joint.impedance.reflection import Joint, TendonPath
+from vsa_joint.control.springs import Spring, Springs
+from vsa_joint.control.stiffness_range import partner_force
+from vsa_joint.geometry import Joint, TendonPath
+from vsa_joint.tuning import LEAD_BISECTIONS, MAX_LEAD
 
-BISECTIONS = 40
-FURTHEST = 0.01  # m, that a rod may lead
-
-Pair = tuple[float, float]
+Pair = tuple[float, float]  # transmission_1, transmission_2
 
 
-class Rods:
-    """Deflections and forces of both rods, one `step` each period."""
+class CoContractionMotion:
+    """Deflections and forces of both transmissions; one `step` per control period."""
 
     def __init__(self, joint: Joint) -> None:
         self._joint = joint
-        self._force = 0.0
-        self._lead = 0.0  # m
+        self._force = 0.0  # N
+        self._lead = 0.0  # m, of transmission_1
 
     def start(self, force: float) -> None:
-        """Both stand where `force` of transmission_1's spring holds them [N]."""
+        """Reset to rest at `force` of transmission_1 [N]."""
         self._force, self._lead = force, 0.0
 
     def step(self, force: float, springs: Springs, dt: float) -> tuple[Pair, Pair]:
-        """Deflections [m] and rod forces [N] after `dt`, when the springs shall bear `force` at rest by then."""
-        before, self._force = self._places(self._force, springs), force
-        places = self._places(force, springs)
-        speeds = [(place - last) / dt for place, last in zip(places, before, strict=True)]
-        (first, second), (route_1, route_2) = springs, self._joint.routes
-        growth_1 = _growth(first, first.stiffness_at(places[0]), route_1)
-        growth_2 = _growth(second, second.stiffness_at(places[1]), route_2)
-        part_1, part_2 = growth_2 / (growth_1 + growth_2), growth_1 / (growth_1 + growth_2)
-        last = self._lead
+        """Deflections [m] and forces [N] after `dt` [s] for an elastic force of transmission_1 that is then `force`."""
+        before, self._force = self._at_rest(self._force, springs), force
+        at_rest = self._at_rest(force, springs)
+        speeds = [(position - last) / dt for position, last in zip(at_rest, before, strict=True)]
+        (first, second), (path_1, path_2) = springs, self._joint.paths
+        slope_1 = _stiffness_slope(first, first.stiffness_at(at_rest[0]), path_1)
+        slope_2 = _stiffness_slope(second, second.stiffness_at(at_rest[1]), path_2)
+        share_1, share_2 = slope_2 / (slope_1 + slope_2), slope_1 / (slope_1 + slope_2)
+        last_lead = self._lead
 
         def moved(lead: float) -> tuple[Pair, Pair]:
-            rate = (lead - last) / dt
-            deflections = places[0] + part_1 * lead, places[1] - part_2 * lead
-            force_1 = first.force(deflections[0]) + first.damper(speeds[0] + part_1 * rate)
-            force_2 = second.force(deflections[1]) + second.damper(speeds[1] - part_2 * rate)
+            rate = (lead - last_lead) / dt
+            deflections = at_rest[0] + share_1 * lead, at_rest[1] - share_2 * lead
+            force_1 = first.force(deflections[0]) + first.damper(speeds[0] + share_1 * rate)
+            force_2 = second.force(deflections[1]) + second.damper(speeds[1] - share_2 * rate)
             return deflections, (force_1, force_2)
 
-        low, high = -FURTHEST, FURTHEST
-        for _ in range(BISECTIONS):
+        low, high = -MAX_LEAD, MAX_LEAD
+        for _ in range(LEAD_BISECTIONS):
             self._lead = 0.5 * (low + high)
             force_1, force_2 = moved(self._lead)[1]
-            if route_1.radius * force_1 < route_2.radius * force_2:
+            if path_1.radius * force_1 < path_2.radius * force_2:
                 low = self._lead
             else:
                 high = self._lead
         return moved(self._lead)
 
-    def _places(self, force: float, springs: Springs) -> Pair:
+    def _at_rest(self, force: float, springs: Springs) -> Pair:
+        """Deflections at rest [m]."""
         first, second = springs
         return first.deflection(force), second.deflection(partner_force(force, 0.0, self._joint))
 
 
-def _growth(spring: Spring, stiffness: float, route: TendonPath) -> float:
-    """Of the joint's stiffness with a rod's deflection [N/rad]."""
-    series = 4.0 * route.tendon_stiffness
-    return spring.k2 * stiffness * (route.radius * series / (stiffness + series)) ** 2
+def _stiffness_slope(spring: Spring, stiffness: float, path: TendonPath) -> float:
+    """Derivative of the joint stiffness by the deflection of one transmission [N/rad]."""
+    series = 4.0 * path.tendon_stiffness
+    return spring.k2 * stiffness * (path.radius * series / (stiffness + series)) ** 2

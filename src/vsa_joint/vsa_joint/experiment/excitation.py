@@ -1,19 +1,32 @@
-"""External torque for the joint's validation: few lines, low crest factor, small enough for the dampers.
+"""External torque for the identification of the joint: a multisine with low crest factor.
 
-The torque is periodic, so that whole periods average without leakage.
+It is periodic, so that averages over whole periods have no leakage.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from vsa_common.types import Array
-from vsa_joint.impedance.reflection import Joint, Sides, response
+from vsa_joint.geometry import Joint
+from vsa_joint.impedance.reflection import Transmissions, response
+from vsa_joint.tuning import ANGLE_MAX, SPEED_SHARE
 
 PERIOD = 20.0  # s
-FRICTION_LINES = (1, 2, 3, 5, 8, 13)  # slow enough for the spring to dominate the friction
-RESPONSE_LINES = (1, 3, 5, 9, 15, 25, 41, 69, 115, 191, 319, 399)  # odd: the spring's curvature falls between them
-ANGLE_MAX = 0.13  # rad, peak
-SPEED_SHARE = 0.75  # of the speed at which the dampers reach their greatest force, peak
+FRICTION_LINES = (1, 2, 3, 5, 8, 13)  # slow: the spring dominates the friction
+RESPONSE_LINES = (
+    1,
+    3,
+    5,
+    9,
+    15,
+    25,
+    41,
+    69,
+    115,
+    191,
+    319,
+    399,
+)  # odd: even distortion of the spring falls between them
 
 
 @dataclass(frozen=True)
@@ -37,12 +50,12 @@ class Multisine:
 
     @property
     def frequency(self) -> Array:
-        """Of each line [Hz]."""
+        """Frequency of each line [Hz]."""
         return np.array(self.lines) / self.period
 
 
 def low_crest_phases(lines: tuple[int, ...], seed: int, tries: int = 300) -> tuple[float, ...]:
-    """Phases with the lowest peak among random ones, in rad."""
+    """Phases [rad] with the lowest peak of `tries` random sets."""
     generator = np.random.default_rng(seed)
     phases = generator.uniform(0.0, 2.0 * np.pi, (tries, len(lines)))
     points = 4 * max(lines)
@@ -53,22 +66,24 @@ def low_crest_phases(lines: tuple[int, ...], seed: int, tries: int = 300) -> tup
 
 
 def multisine(lines: tuple[int, ...], rms: float, seed: int) -> Multisine:
-    """Flat multisine of a given rms [N m]."""
+    """Multisine of equal amplitudes with a given rms [N m]."""
     return Multisine(lines, low_crest_phases(lines, seed), rms * float(np.sqrt(2.0 / len(lines))))
 
 
-def largest(lines: tuple[int, ...], seed: int, sides: Sides, joint: Joint, damper_speed: float) -> Multisine:
-    """The largest flat multisine that the predicted response keeps under ANGLE_MAX and the dampers' limit.
+def largest_multisine(
+    lines: tuple[int, ...], seed: int, transmissions: Transmissions, joint: Joint, damper_speed: float
+) -> Multisine:
+    """Largest multisine whose predicted response is within ANGLE_MAX and the peak speed of the dampers.
 
-    `damper_speed` is the rod speed of the greatest damper force, the smaller of both sides [m/s].
+    `damper_speed` is the deflection rate of the greatest damper force [m/s], the smaller of both transmissions.
     """
     unit = multisine(lines, 1.0, seed)
-    per_torque = 1.0 / response(unit.frequency, sides, joint)
+    per_torque = 1.0 / response(unit.frequency, transmissions, joint)
     time = np.arange(0.0, unit.period, unit.period / (40 * max(lines)))
     wave = np.exp(1j * (2.0 * np.pi * np.outer(time, unit.frequency) + np.array(unit.phases)))
     angle = unit.amplitude * (wave * per_torque).real.sum(axis=1)
     speed = unit.amplitude * (wave * per_torque * 2j * np.pi * unit.frequency).real.sum(axis=1)
-    radius = max(route.radius for route in joint.routes)
+    radius = max(path.radius for path in joint.paths)
     by_angle = ANGLE_MAX / float(np.abs(angle).max())
     by_speed = SPEED_SHARE * damper_speed / (0.5 * radius * float(np.abs(speed).max()))
     return multisine(lines, min(by_angle, by_speed), seed)

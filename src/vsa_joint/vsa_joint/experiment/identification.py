@@ -1,35 +1,45 @@
-"""The joint's impedance from external torque and angle alone, with the motors held.
+"""Impedance of the joint from external torque and angle alone, with held motors.
 
-Without friction the response at the excited lines suffices (`from_response`). With friction no amplitude of
-a plain response is right, so torque is regressed on spring, damper and friction together where the joint
-moves fast enough for the friction to have saturated (`from_motion`).
+Without friction the response at the excited lines suffices (`from_response`). Dry friction biases a linear response at
+every amplitude; `from_motion` regresses the torque on spring, damper and friction, over the samples at which the
+friction is saturated.
 
-Both look at what remains when the known parts are taken off: the joint's own damping and inertia, and the
-tendons in series, K_s = 2 R^2 K_t. Behind the tendons the rods are Z' = K' + D' s + M' s^2 at phi, and
+Both subtract the known terms: the joint's own damping and inertia, and the tendons in series, K_s = 2 R^2 K_t. On the
+tendon side the transmissions are Z' = K' + D' s + M' s^2 at phi. On the joint side
 
     K = K' g,  D = D' g^2 + D_joint,  J = M' g^2 - D'^2 g^2 / (K_s + K') + J_joint,  g = K_s / (K_s + K').
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.types import Array
-from vsa_joint.impedance.reflection import Impedance, Joint
+from vsa_joint.geometry import Joint
+from vsa_joint.impedance.reflection import Impedance
+from vsa_joint.tuning import (
+    CORRELATION_TIME,
+    FRICTION_SPEED_COUNT,
+    FRICTION_SPEED_MAX,
+    FRICTION_SPEED_MIN,
+    GRID_RATE,
+    LUMPING_ERROR,
+    MIN_MOVING_SHARE,
+    MIN_SPEED,
+    TOP_FREQUENCY,
+    WIDER_TRIM,
+)
 
-TOP_FREQUENCY = 8.0  # Hz, above it the angle is noise
-GRID_RATE = 128.0  # Hz, of the smoothed period
-LEAST_SPEED = 0.02  # rad/s, slower samples feel how friction builds up
-FRICTION_SPEEDS = np.geomspace(0.003, 0.03, 15)  # rad/s, of the tanh that friction saturates with; the best is taken
-LEAST_MOVING = 0.1  # of the period
-VARIANTS = ((LEAST_SPEED, False), (LEAST_SPEED, True), (1.5 * LEAST_SPEED, False))  # their spread is the form's error
-LUMPING_ERROR = 1e-3  # relative, of taking both tendons as one spring and a mean angle as the place
-CORRELATION_TIME = 0.25  # s, over which residuals are taken as one error
+# saturation speeds of the friction model [rad/s]; the one with the least residual is used
+FRICTION_SPEEDS = np.geomspace(FRICTION_SPEED_MIN, FRICTION_SPEED_MAX, FRICTION_SPEED_COUNT)
+# least speed [rad/s] and order of the spring of each regression; the spread over them is the model error
+VARIANTS = ((MIN_SPEED, 3), (MIN_SPEED, 5), (WIDER_TRIM * MIN_SPEED, 3))
 
 
 @dataclass(frozen=True)
 class Period:
-    """One period of angle [rad] and torque [N m], the mean of several; `duration` in s."""
+    """Mean period of angle [rad] and torque [N m], uniformly sampled; `duration` in s."""
 
     angle: Array
     torque: Array
@@ -40,7 +50,7 @@ class Period:
 class Identified:
     """Impedance of the joint at its mean angle and at rest, with standard deviations.
 
-    `friction` is the torque of the dry friction, `residual` the rms of what stays unexplained [N m].
+    `friction` is the torque of the dry friction, `residual` the rms of the residual torque [N m].
     """
 
     impedance: Impedance
@@ -50,8 +60,20 @@ class Identified:
     samples: int
 
 
+class _Fit(NamedTuple):
+    """Least-squares coefficients with their covariance, the rms residual and the number of rows."""
+
+    values: Array
+    covariance: Array
+    residual: float
+    samples: int
+
+
 def average(angle: Array, torque: Array, rate: float, duration: float) -> Period:
-    """Mean period of uniformly sampled signals; what does not fill a whole period is left off at the front."""
+    """Mean period of signals at `rate` [Hz]; an incomplete period at the front is discarded.
+
+    Raises ValueError for less than one period of `duration` [s].
+    """
     length = round(rate * duration)
     count = len(angle) // length
     if count < 1:
@@ -65,77 +87,74 @@ def average(angle: Array, torque: Array, rate: float, duration: float) -> Period
 
 
 def line_response(period: Period, lines: tuple[int, ...]) -> NDArray[np.complex128]:
-    """Torque over angle at harmonics of the period [N m/rad]."""
+    """Torque over angle at harmonics of the period [N m/rad]; one value per line."""
     index = list(lines)
     response: NDArray[np.complex128] = np.fft.rfft(period.torque)[index] / np.fft.rfft(period.angle)[index]
     return response
 
 
 def from_response(frequency: Array, response: NDArray[np.complex128], joint: Joint) -> Identified:
-    """Impedance from Z_theta(j w) of a joint without friction; exact behind equal tendons."""
+    """Impedance from Z_theta(j w) of a joint without friction; exact for equal tendons."""
     s = 2j * np.pi * np.asarray(frequency)
-    rest = response - joint.damping * s - joint.inertia * s**2
+    remainder = response - joint.damping * s - joint.inertia * s**2
     series = series_stiffness(joint)
-    behind = rest * series / (series - rest)
-    weight = 1.0 / np.abs(behind)
+    tendon_side = remainder * series / (series - remainder)
+    weight = 1.0 / np.abs(tendon_side)
     columns = np.stack([np.ones_like(s), s, s**2], axis=1) * weight[:, None]
     rows = np.concatenate([columns.real, columns.imag])
-    values, covariance, residual = _least_squares(
-        rows, np.concatenate([(behind * weight).real, (behind * weight).imag]), 1
-    )
-    covariance = covariance + np.diag((LUMPING_ERROR * values) ** 2)
-    return _in_front(values, covariance, joint, 0.0, residual, len(rows))
+    target = np.concatenate([(tendon_side * weight).real, (tendon_side * weight).imag])
+    fit = _least_squares(rows, target, 1)
+    covariance = fit.covariance + np.diag((LUMPING_ERROR * fit.values) ** 2)
+    return _joint_side(fit._replace(covariance=covariance), joint, 0.0)
 
 
 def from_motion(period: Period, joint: Joint) -> Identified:
-    """Impedance from a period of motion with dry friction in the rods, by trimmed regression.
+    """Impedance from a period of motion with dry friction, by trimmed regression.
 
-    Raises ValueError where the joint hardly moves.
+    Raises ValueError where less than MIN_MOVING_SHARE of the period is faster than MIN_SPEED.
     """
     angle, rate, acceleration = _derivatives(period.angle, period.duration)
     torque = _derivatives(period.torque, period.duration)[0]
-    rest = torque - joint.damping * rate - joint.inertia * acceleration
+    remainder = torque - joint.damping * rate - joint.inertia * acceleration
     series = series_stiffness(joint)
-    behind = angle - rest / series
-    behind = behind - behind.mean()
-    motion = _derivatives(behind, period.duration)
-    moving = float(np.mean(np.abs(motion[1]) > LEAST_SPEED))
-    if moving < LEAST_MOVING:
+    tendon_side = angle - remainder / series
+    tendon_side = tendon_side - tendon_side.mean()
+    motion = _derivatives(tendon_side, period.duration)
+    moving = float(np.mean(np.abs(motion[1]) > MIN_SPEED))
+    if moving < MIN_MOVING_SHARE:
         raise ValueError(
-            f"the joint moves faster than {LEAST_SPEED} rad/s in {moving:.0%} of the period: "
-            f"expected {LEAST_MOVING:.0%}; use more torque"
+            f"the joint moves faster than {MIN_SPEED} rad/s in {moving:.0%} of the period: "
+            f"expected {MIN_MOVING_SHARE:.0%}; use more torque"
         )
-    fits = [_regress(rest, motion, trim, extra, period.duration) for trim, extra in VARIANTS]
-    values, covariance, residual, samples = fits[0]
-    others = np.array([fit[0][:3] for fit in fits[1:]]) - values[:3]
-    covariance = covariance[:3, :3] + others.T @ others / len(others) + np.diag((LUMPING_ERROR * values[:3]) ** 2)
-    return _in_front(values[:3], covariance, joint, abs(float(values[-1])), residual, samples)
+    fits = [_regress(remainder, motion, trim, order, period.duration) for trim, order in VARIANTS]
+    fit = fits[0]
+    others = np.array([other.values[:3] for other in fits[1:]]) - fit.values[:3]
+    model_error = others.T @ others / len(others)
+    covariance = fit.covariance[:3, :3] + model_error + np.diag((LUMPING_ERROR * fit.values[:3]) ** 2)
+    return _joint_side(fit._replace(values=fit.values[:3], covariance=covariance), joint, abs(float(fit.values[-1])))
 
 
-def _regress(
-    torque: Array, motion: tuple[Array, Array, Array], trim: float, extra: bool, duration: float
-) -> tuple[Array, Array, float, int]:
-    """Coefficients (K', D', M' first, friction last), covariance, rms residual and rows of one trimmed regression."""
+def _regress(torque: Array, motion: tuple[Array, Array, Array], trim: float, order: int, duration: float) -> _Fit:
+    """Regression over the samples faster than `trim`: K', D', M' first, friction last; `order` of the spring."""
     moving = np.abs(motion[1]) > trim
-    phi, speed, spin = (signal[moving] for signal in motion)
-    columns = [phi, speed, spin, np.ones_like(phi), phi**2, phi**3, speed**3]
-    if extra:
-        columns += [phi**4, phi**5]
-    together = max(1, round(CORRELATION_TIME * len(motion[0]) / duration))
+    phi, speed, acceleration = (signal[moving] for signal in motion)
+    columns = [phi, speed, acceleration, np.ones_like(phi), phi**2, phi**3, speed**3]
+    columns += [phi**power for power in range(4, order + 1)]
+    block = max(1, round(CORRELATION_TIME * len(motion[0]) / duration))
     fits = (
-        _least_squares(np.stack([*columns, np.tanh(speed / scale)], axis=1), torque[moving], together)
+        _least_squares(np.stack([*columns, np.tanh(speed / scale)], axis=1), torque[moving], block)
         for scale in FRICTION_SPEEDS
     )
-    return *min(fits, key=lambda fit: fit[2]), len(phi)
+    return min(fits, key=lambda fit: fit.residual)
 
 
 def series_stiffness(joint: Joint) -> float:
-    """Both tendons with their moving pulleys, seen from the joint [N m/rad]."""
-    return sum(2.0 * 0.5 * route.radius**2 * route.tendon_stiffness for route in joint.routes)
+    """Stiffness of both tendons with their moving pulleys, at the joint [N m/rad]."""
+    return sum(2.0 * 0.5 * path.radius**2 * path.tendon_stiffness for path in joint.paths)
 
 
 def _derivatives(signal: Array, duration: float) -> tuple[Array, Array, Array]:
-    """Periodic signal below TOP_FREQUENCY with two derivatives, on a coarser grid."""
+    """Periodic signal below TOP_FREQUENCY with two derivatives, at GRID_RATE."""
     points = round(GRID_RATE * duration)
     spectrum = np.fft.rfft(signal) * (points / len(signal))
     spectrum = np.resize(spectrum, points // 2 + 1) if len(spectrum) < points // 2 + 1 else spectrum[: points // 2 + 1]
@@ -146,41 +165,41 @@ def _derivatives(signal: Array, duration: float) -> tuple[Array, Array, Array]:
     return value, first, second
 
 
-def _least_squares(columns: Array, target: Array, together: int) -> tuple[Array, Array, float]:
-    """Coefficients, covariance and rms residual; residuals within `together` rows count as one error."""
+def _least_squares(columns: Array, target: Array, block: int) -> _Fit:
+    """Ordinary least squares; residuals within `block` rows count as one error in the robust covariance."""
     scale = np.sqrt((columns**2).mean(axis=0))
     scaled = columns / scale
     values, *_ = np.linalg.lstsq(scaled, target, rcond=None)
     residual = target - scaled @ values
     inverse = np.linalg.pinv(scaled.T @ scaled)
     scores = scaled * residual[:, None]
-    blocks = np.add.reduceat(scores, np.arange(0, len(scores), together), axis=0)
+    blocks = np.add.reduceat(scores, np.arange(0, len(scores), block), axis=0)
     freedom = max(1, len(blocks) - columns.shape[1])
     covariance = inverse @ (blocks.T @ blocks * len(blocks) / freedom) @ inverse
-    return values / scale, covariance / np.outer(scale, scale), float(np.sqrt((residual**2).mean()))
+    rms = float(np.sqrt((residual**2).mean()))
+    return _Fit(values / scale, covariance / np.outer(scale, scale), rms, len(target))
 
 
-def _in_front(
-    values: Array, covariance: Array, joint: Joint, friction: float, residual: float, samples: int
-) -> Identified:
-    """From behind the tendons to the joint, with the covariance through its derivatives."""
-    k, d, m = (float(value) for value in values)
+def _joint_side(fit: _Fit, joint: Joint, friction: float) -> Identified:
+    """Impedance on the joint side from (K', D', M') on the tendon side; linearized propagation of the covariance."""
+    k, d, m = (float(value) for value in fit.values)
     series = series_stiffness(joint)
     g = series / (series + k)
-    fall = -g / (series + k)  # of g with K'
-    slopes = np.array(
+    g_by_k = -g / (series + k)
+    inertia_by_k = 2.0 * g * g_by_k * m - d * d * (2.0 * g * g_by_k / (series + k) - g * g / (series + k) ** 2)
+    jacobian = np.array(
         [
             [g * g, 0.0, 0.0],
-            [2.0 * g * fall * d, g * g, 0.0],
-            [
-                2.0 * g * fall * m - d * d * (2.0 * g * fall / (series + k) - g * g / (series + k) ** 2),
-                -2.0 * d * g * g / (series + k),
-                g * g,
-            ],
+            [2.0 * g * g_by_k * d, g * g, 0.0],
+            [inertia_by_k, -2.0 * d * g * g / (series + k), g * g],
         ]
     )
-    std = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
+    std = np.sqrt(np.diag(jacobian @ fit.covariance @ jacobian.T))
     inertia = g * g * m - (d * g) ** 2 / (series + k) + joint.inertia
     return Identified(
-        Impedance(k * g, d * g * g + joint.damping, inertia), Impedance(*map(float, std)), friction, residual, samples
+        impedance=Impedance(k * g, d * g * g + joint.damping, inertia),
+        std=Impedance(*map(float, std)),
+        friction=friction,
+        residual=fit.residual,
+        samples=fit.samples,
     )

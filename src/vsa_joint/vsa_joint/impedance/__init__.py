@@ -1,0 +1,4 @@
+"""Impedance of the joint. Input: estimates of both transmissions. Output: impedance, tensions, variances.
+
+Permitted imports: vsa_common, vsa_joint.geometry, vsa_joint.settings, vsa_joint.tuning, numpy
+"""

@@ -1,17 +1,18 @@
-"""Two streams of transmission estimates in, one stream of joint estimates out. Instants of the steady clock come in."""
+"""Fusion of two streams of transmission estimates into one stream of joint estimates; `now_ns` is of a steady clock."""
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from vsa_common.stamps import NANOSECONDS
 from vsa_common.types import ResetReason, Status
-from vsa_joint.impedance import tension as forces
+from vsa_joint.impedance import tension as tendon_tension
 from vsa_joint.impedance.pairing import Pairing, TransmissionEstimate
-from vsa_joint.impedance.propagation import consistent_branch, paper_branch, reflect
+from vsa_joint.impedance.propagation import consistent_branch, paper_branch, reflect_to_joint
 from vsa_joint.settings import CONSISTENT, JointConfig
+from vsa_joint.tuning import STALE_PERIODS
 
-NANOSECONDS = 1e9
-PERIODS = 5.0  # of silence before a side is stale
+SEVERITY = (Status.VALID, Status.DEGRADED, Status.CONVERGING, Status.INITIALIZING, Status.STALE, Status.FAULT)
 
 
 class JointEstimate(NamedTuple):
@@ -49,7 +50,7 @@ class JointEstimate(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What became of the samples of both sides."""
+    """Counters of the samples of both transmissions."""
 
     pairs: int = 0
     unpaired: int = 0
@@ -57,7 +58,7 @@ class Counts:
 
 
 class JointFusion:
-    """Pairs both sides and reflects them to the joint."""
+    """Pairs the samples of both transmissions and reflects them to the joint."""
 
     def __init__(self, config: JointConfig) -> None:
         self._config = config
@@ -65,9 +66,9 @@ class JointFusion:
         self._branch = consistent_branch if config.reflection == CONSISTENT else paper_branch
         self._pairing = Pairing(config.max_skew * NANOSECONDS)
         self._arrival_ns: list[int | None] = [None, None]
-        self._emitted_ns = 0
-        self._resets = (0, 0)
-        self._last = JointEstimate(0, (0, 0))
+        self._paired_ns = 0
+        self._reset_counts = (0, 0)
+        self._newest = JointEstimate(0, (0, 0))
         self._dropped = 0
 
     @property
@@ -77,22 +78,22 @@ class JointFusion:
 
     @property
     def newest(self) -> JointEstimate:
-        """The last estimate that went out."""
-        return self._last
+        """The newest estimate."""
+        return self._newest
 
-    def add(self, side: int, sample: TransmissionEstimate, now_ns: int) -> JointEstimate | None:
-        """A sample of side 0 or 1, arrived at `now_ns` of a steady clock; an estimate where it completes a pair."""
-        if not (_finite(sample) and self._pairing.take(side, sample)):
+    def add(self, index: int, sample: TransmissionEstimate, now_ns: int) -> JointEstimate | None:
+        """Add a sample of transmission `index` (0, 1) that arrived at `now_ns`; an estimate if it completes a pair."""
+        if not (_is_finite(sample) and self._pairing.add(index, sample)):
             self._dropped += 1
             return None
-        self._arrival_ns[side] = now_ns
-        pair = self._pairing.next()
-        return None if pair is None else self._emit(*pair, now_ns)
+        self._arrival_ns[index] = now_ns
+        pair = self._pairing.pop_pair()
+        return None if pair is None else self._update(*pair, now_ns)
 
     def check(self, now_ns: int) -> JointEstimate | None:
-        """An invalid estimate when no pair came for too long, and why; call it every `status_period`."""
-        timeout = max(self._config.stale_timeout * NANOSECONDS, PERIODS * self._pairing.period_ns)
-        if self._pairing.pairs and now_ns - self._emitted_ns <= timeout:
+        """Invalidate the estimate after the stale timeout; the invalid estimate with its reason, or None."""
+        timeout = max(self._config.stale_timeout * NANOSECONDS, STALE_PERIODS * self._pairing.period_ns)
+        if self._pairing.pairs and now_ns - self._paired_ns <= timeout:
             return None
         silent = [
             name
@@ -103,8 +104,8 @@ class JointFusion:
             reason = f"{' and '.join(silent)} silent" if silent else "no stamps within max_skew of each other"
             status = Status.STALE
         else:
-            reason, status = f"no sample yet of {' and '.join(silent) or 'either side'}", Status.INITIALIZING
-        self._last = self._last._replace(
+            reason, status = f"no sample yet of {' and '.join(silent)}", Status.INITIALIZING
+        self._newest = self._newest._replace(
             stiffness_valid=False,
             damping_valid=False,
             inertia_valid=False,
@@ -113,78 +114,73 @@ class JointFusion:
             status=status,
             reason=reason,
         )
-        return self._last
+        return self._newest
 
-    def _emit(self, first: TransmissionEstimate, second: TransmissionEstimate, now_ns: int) -> JointEstimate:
-        self._emitted_ns = now_ns
-        config = self._config
-        reflected = reflect((first.rod, second.rod), self._joint, self._std, self._branch)
-        tension = (0.5 * first.force, 0.5 * second.force)
-        variance = (0.25 * first.force_variance, 0.25 * second.force_variance)
-        parts = forces.split(tension, variance, config.radius, config.radius_std)
+    def _update(self, first: TransmissionEstimate, second: TransmissionEstimate, now_ns: int) -> JointEstimate:
+        self._paired_ns = now_ns
         status, reason = _status(first.status, second.status)
         usable = status not in (Status.INITIALIZING, Status.STALE, Status.FAULT)
         stiffness_valid = usable and first.stiffness_valid and second.stiffness_valid
         damping_valid = stiffness_valid and first.damping_valid and second.damping_valid
-        force_valid = first.force_valid and second.force_valid
-        self._last = JointEstimate(
-            max(first.stamp_ns, second.stamp_ns),
-            (first.stamp_ns, second.stamp_ns),
-            reflected.stiffness,
-            reflected.stiffness_variance,
-            stiffness_valid,
-            reflected.damping,
-            reflected.damping_variance,
-            damping_valid,
-            reflected.inertia,
-            reflected.inertia_variance,
-            damping_valid and first.inertia_valid and second.inertia_valid,
-            reflected.valid_frequency,
-            tension,
-            variance,
-            force_valid,
-            parts.internal_force,
-            parts.internal_force_variance,
-            parts.motion_torque,
-            parts.motion_torque_variance,
-            parts.co_contraction,
-            parts.co_contraction_variance,
-            force_valid,
-            status,
-            (first.status, second.status),
-            reason,
-            first.reset_count + second.reset_count,
-            self._reset_reason(first, second),
-            reflected.maxwell_term > reflected.mass_term,
+        reset_reason = self._update_reset_reason(first, second)
+        joint = reflect_to_joint((first.impedance, second.impedance), self._joint, self._std, self._branch)
+        self._newest = JointEstimate(
+            stamp_ns=max(first.stamp_ns, second.stamp_ns),
+            transmission_stamp_ns=(first.stamp_ns, second.stamp_ns),
+            stiffness=joint.stiffness,
+            stiffness_variance=joint.stiffness_variance,
+            stiffness_valid=stiffness_valid,
+            damping=joint.damping,
+            damping_variance=joint.damping_variance,
+            damping_valid=damping_valid,
+            inertia=joint.inertia,
+            inertia_variance=joint.inertia_variance,
+            inertia_valid=damping_valid and first.inertia_valid and second.inertia_valid,
+            valid_frequency=joint.valid_frequency,
+            status=status,
+            transmission_status=(first.status, second.status),
+            reason=reason,
+            reset_count=first.reset_count + second.reset_count,
+            reset_reason=reset_reason,
+            maxwell_exceeds_mass=joint.maxwell_term > joint.mass_term,
+            **self._tensions(first, second),
         )
-        return self._last
+        return self._newest
 
-    def _reset_reason(self, first: TransmissionEstimate, second: TransmissionEstimate) -> int:
-        """Reason of the reset that came last."""
-        before, self._resets = self._resets, (first.reset_count, second.reset_count)
-        for side, count in ((first, before[0]), (second, before[1])):
-            if side.reset_count != count:
-                return side.reset_reason
-        return self._last.reset_reason
+    def _tensions(self, first: TransmissionEstimate, second: TransmissionEstimate) -> dict[str, Any]:
+        """Fields of JointEstimate that follow from the forces alone."""
+        tension = (0.5 * first.force, 0.5 * second.force)  # F = 2 T
+        variance = (0.25 * first.force_variance, 0.25 * second.force_variance)
+        valid = first.force_valid and second.force_valid
+        parts = tendon_tension.split(tension, variance, self._config.radius, self._config.radius_std)
+        return {
+            "tension": tension,
+            "tension_variance": variance,
+            "tension_valid": valid,
+            "force_valid": valid,
+            **parts._asdict(),
+        }
+
+    def _update_reset_reason(self, first: TransmissionEstimate, second: TransmissionEstimate) -> int:
+        """Reason of the most recent reset."""
+        before, self._reset_counts = self._reset_counts, (first.reset_count, second.reset_count)
+        for sample, count in ((first, before[0]), (second, before[1])):
+            if sample.reset_count != count:
+                return sample.reset_reason
+        return self._newest.reset_reason
 
 
-def _finite(sample: TransmissionEstimate) -> bool:
-    rod = sample.rod
-    total = rod.stiffness + rod.damping + rod.inertia + sample.force + sample.force_variance
-    total += rod.stiffness_variance + rod.damping_variance + rod.inertia_variance
-    total += rod.stiffness_damping_covariance + rod.stiffness_inertia_covariance + rod.damping_inertia_covariance
-    return isfinite(total)
+def _is_finite(sample: TransmissionEstimate) -> bool:
+    return isfinite(sum(sample.impedance) + sample.force + sample.force_variance)
 
 
 def _status(first: int, second: int) -> tuple[int, str]:
-    """The joint is as well as its worse side; and why it is not well."""
+    """The more severe status of both transmissions, with the reason."""
     if first == second == Status.VALID:
         return Status.VALID, ""
-    order = (Status.VALID, Status.DEGRADED, Status.CONVERGING, Status.INITIALIZING, Status.STALE, Status.FAULT)
-    worse = max(first, second, key=order.index)
     parts = [
         f"transmission_{number} {Status(status).name}"
         for number, status in ((1, first), (2, second))
         if status != Status.VALID
     ]
-    return worse, ", ".join(parts)
+    return max(first, second, key=SEVERITY.index), ", ".join(parts)

@@ -1,10 +1,10 @@
-"""Which samples of both sides belong together.
+"""Pairing of the samples of both transmissions by stamp.
 
-Sides pair by stamp, as close as half the sampling period and `max_skew` allow. Where the older samples of both are
-further apart, one side lacks a sample or the other one's frame was held up. The next samples tell, and are waited for:
-the first ones that are as far apart as usual show which belong together. So a lost sample costs one pair and never
-shifts the pairing, and a late frame costs none. A measured sample is never paired with an earlier prediction through
-silence of the other side.
+Samples pair when their stamps differ by less than half the sampling period and `max_skew`. A larger difference has two
+causes: one transmission lost a sample, or the frame of the other one was delayed. The subsequent samples decide: the
+first ones with nominal skew show which samples correspond. A lost sample costs one pair and does not shift the
+pairing; a delayed frame costs none. A measured sample does not pair with an earlier prediction that bridges a gap of
+the other transmission.
 """
 
 from collections import deque
@@ -12,15 +12,17 @@ from typing import NamedTuple
 
 from vsa_common.types import Status
 from vsa_joint.impedance.propagation import ImpedanceEstimate
-
-QUEUE = 1000  # samples that wait for their partner
-PERIOD_GAIN = 1.0 / 64.0
-GAP = 10.0  # periods that a longer step counts for: a silence says little of the period
-ALIKE = 1.5  # ratio of the sides' periods up to which a sample of one side belongs to each of the other
-AHEAD = 8  # samples that are waited for at most where it is open which ones belong together
-TIGHT = 3.0  # median deviations of the skew within which it is as usual
-SPREAD_NS, SPREAD_START_NS = 1e4, 1e5  # that deviation, at least, and at first
-TIME_JUMP_NS = 500_000_000  # a stamp that far back is a clock or a bag that started over
+from vsa_joint.tuning import (
+    JITTER_GATE,
+    JITTER_MIN_NS,
+    JITTER_START_NS,
+    LOOKAHEAD,
+    PERIOD_GAIN,
+    PERIOD_STEP_CAP,
+    QUEUE_LENGTH,
+    RATE_RATIO,
+    TIME_RESET_NS,
+)
 
 
 class TransmissionEstimate(NamedTuple):
@@ -30,7 +32,7 @@ class TransmissionEstimate(NamedTuple):
     force: float
     force_variance: float
     force_valid: bool
-    rod: ImpedanceEstimate
+    impedance: ImpedanceEstimate
     stiffness_valid: bool
     damping_valid: bool
     inertia_valid: bool
@@ -39,86 +41,89 @@ class TransmissionEstimate(NamedTuple):
     reset_reason: int = 0
 
 
+Queue = deque[TransmissionEstimate]
+
+
 class Pairing:
-    """Samples of both sides in, pairs out; never further apart than `max_skew_ns`."""
+    """Queues of both transmissions; pairs have a skew of at most `max_skew_ns`."""
 
     def __init__(self, max_skew_ns: float) -> None:
-        self.pairs = 0  # that went out
-        self.unpaired = 0  # without a partner
+        self.pairs = 0
+        self.unpaired = 0  # samples discarded without a partner
         self._max_skew_ns = max_skew_ns
-        self._queues: tuple[deque[TransmissionEstimate], deque[TransmissionEstimate]] = (
-            deque(maxlen=QUEUE),
-            deque(maxlen=QUEUE),
-        )
+        self._queues: tuple[Queue, Queue] = (deque(maxlen=QUEUE_LENGTH), deque(maxlen=QUEUE_LENGTH))
         self._newest_ns: list[int | None] = [None, None]
         self._period_ns = [0.0, 0.0]
-        self._skew_ns, self._spread_ns = 0.0, SPREAD_START_NS  # of the first side's stamps behind the second's
+        self._skew_ns = 0.0  # stamp of transmission_1 minus stamp of transmission_2
+        self._jitter_ns = JITTER_START_NS  # median deviation of the skew
 
     @property
     def period_ns(self) -> float:
-        """Time between samples of the slower side."""
+        """Longer sampling period of both transmissions [ns]; 0 before the second sample."""
         return max(self._period_ns)
 
-    def take(self, side: int, sample: TransmissionEstimate) -> bool:
-        """A sample of side 0 or 1; False where it is a duplicate or late, and not taken."""
-        if not self._in_order(side, sample.stamp_ns):
+    def add(self, index: int, sample: TransmissionEstimate) -> bool:
+        """Append a sample of transmission `index` (0 or 1); False for a duplicate or late one, which is discarded."""
+        if not self._accept_stamp(index, sample.stamp_ns):
             return False
-        self._newest_ns[side] = sample.stamp_ns
-        queue = self._queues[side]
-        if len(queue) == QUEUE:
+        self._newest_ns[index] = sample.stamp_ns
+        queue = self._queues[index]
+        if len(queue) == QUEUE_LENGTH:
             self.unpaired += 1
         queue.append(sample)
         return True
 
-    def next(self) -> tuple[TransmissionEstimate, TransmissionEstimate] | None:
-        """The oldest pair, where there is one; call it once for each sample taken."""
+    def pop_pair(self) -> tuple[TransmissionEstimate, TransmissionEstimate] | None:
+        """Remove the oldest pair, if there is one; call it once after each `add`."""
         first, second = self._queues
         limit = self._skew_limit_ns()
         while first and second:
             skew = first[0].stamp_ns - second[0].stamp_ns
             later, earlier = (first, second) if skew > 0 else (second, first)
-            if _predicted(earlier[0]) and not _predicted(later[0]):
+            if _is_predicted(earlier[0]) and not _is_predicted(later[0]):
                 if len(earlier) == 1:
-                    return None  # its own sample may be on its way
+                    return None  # the measured sample may be pending
                 earlier.popleft()
                 continue
-            together = abs(skew) <= limit
-            if not together and self._in_step():
-                held_up = self._held_up(later, earlier)
-                if held_up is None:
-                    return None  # the next samples tell
-                if held_up:
-                    together = abs(skew) <= self._max_skew_ns
-                    if not together:
-                        self._drop(later)
-            if together:
-                self._learn_skew(skew)
+            matched = abs(skew) <= limit
+            if not matched and self._has_common_rate():
+                delayed = self._is_delayed(later, earlier)
+                if delayed is None:
+                    return None  # the next samples decide
+                if delayed:
+                    matched = abs(skew) <= self._max_skew_ns
+                    if not matched:
+                        self._discard(later)
+            if matched:
+                self._update_skew(skew)
                 self.pairs += 1
                 return first.popleft(), second.popleft()
-            self._drop(earlier)
+            self._discard(earlier)
         return None
 
-    def _in_order(self, side: int, stamp_ns: int) -> bool:
-        previous_ns = self._newest_ns[side]
+    def _accept_stamp(self, index: int, stamp_ns: int) -> bool:
+        """Whether the stamp is newer than the previous one, or a time reset; updates period and queues."""
+        previous_ns = self._newest_ns[index]
         if previous_ns is None:
             return True
         step = stamp_ns - previous_ns
         if step > 0:
-            period = self._period_ns[side]
-            self._period_ns[side] = period + PERIOD_GAIN * (min(step, GAP * period) - period) if period else float(step)
+            period = self._period_ns[index]
+            capped = min(step, PERIOD_STEP_CAP * period)
+            self._period_ns[index] = period + PERIOD_GAIN * (capped - period) if period else float(step)
             return True
-        if step < -TIME_JUMP_NS:
-            self._forget_after(stamp_ns + TIME_JUMP_NS)
+        if step < -TIME_RESET_NS:
+            self._discard_after(stamp_ns + TIME_RESET_NS)
             return True
         return False
 
-    def _forget_after(self, stamp_ns: int) -> None:
+    def _discard_after(self, stamp_ns: int) -> None:
         for queue in self._queues:
             while queue and queue[-1].stamp_ns > stamp_ns:
                 queue.pop()
                 self.unpaired += 1
 
-    def _drop(self, queue: deque[TransmissionEstimate]) -> None:
+    def _discard(self, queue: Queue) -> None:
         queue.popleft()
         self.unpaired += 1
 
@@ -126,37 +131,37 @@ class Pairing:
         first, second = self._period_ns
         return min(self._max_skew_ns, 0.5 * min(first, second)) if first and second else self._max_skew_ns
 
-    def _in_step(self) -> bool:
-        """Whether there was a pair, of sides whose samples come as often."""
+    def _has_common_rate(self) -> bool:
+        """Whether there was a pair and the sampling periods agree within RATE_RATIO."""
         low, high = sorted(self._period_ns)
-        return self.pairs > 0 and high <= ALIKE * low
+        return self.pairs > 0 and high <= RATE_RATIO * low
 
-    def _held_up(self, later: deque[TransmissionEstimate], earlier: deque[TransmissionEstimate]) -> bool | None:
-        """Whether the oldest samples belong together, and the later one came late; None while that is open.
+    def _is_delayed(self, later: Queue, earlier: Queue) -> bool | None:
+        """Whether the oldest samples correspond and the later one is delayed; None while that is undecided.
 
-        Open until two samples are as far apart as usual, or AHEAD of them have come.
+        Decided by the first subsequent samples with nominal skew, at the latest after LOOKAHEAD samples.
         """
-        usual = self._skew_ns if later is self._queues[0] else -self._skew_ns
-        kept = shifted = 0.0
+        nominal_skew = self._skew_ns if later is self._queues[0] else -self._skew_ns
+        deviation = shifted_deviation = 0.0
         for j in range(1, min(len(later), len(earlier))):
             stamp_ns = earlier[j].stamp_ns
-            off = abs(later[j].stamp_ns - stamp_ns - usual)
-            off_shifted = abs(later[j - 1].stamp_ns - stamp_ns - usual)
-            if min(off, off_shifted) <= TIGHT * self._spread_ns:
-                return off < off_shifted
-            kept, shifted = kept + off, shifted + off_shifted
-            if j == AHEAD:
-                return kept < shifted
+            aligned = abs(later[j].stamp_ns - stamp_ns - nominal_skew)
+            shifted = abs(later[j - 1].stamp_ns - stamp_ns - nominal_skew)
+            if min(aligned, shifted) <= JITTER_GATE * self._jitter_ns:
+                return aligned < shifted
+            deviation, shifted_deviation = deviation + aligned, shifted_deviation + shifted
+            if j == LOOKAHEAD:
+                return deviation < shifted_deviation
         return None
 
-    def _learn_skew(self, skew_ns: float) -> None:
-        """Median of the sides' skew, and of its deviation, each followed step by step."""
-        off = skew_ns - self._skew_ns
-        spread = max(self._spread_ns, SPREAD_NS)
-        self._spread_ns = spread * (1.0 + PERIOD_GAIN if abs(off) > spread else 1.0 - PERIOD_GAIN)
-        self._skew_ns += PERIOD_GAIN * min(max(off, -spread), spread)
+    def _update_skew(self, skew_ns: float) -> None:
+        """Recursive medians of the skew and of its absolute deviation."""
+        deviation = skew_ns - self._skew_ns
+        jitter = max(self._jitter_ns, JITTER_MIN_NS)
+        self._jitter_ns = jitter * (1.0 + PERIOD_GAIN if abs(deviation) > jitter else 1.0 - PERIOD_GAIN)
+        self._skew_ns += PERIOD_GAIN * min(max(deviation, -jitter), jitter)
 
 
-def _predicted(sample: TransmissionEstimate) -> bool:
-    """Whether there was no measurement: its sensors were silent."""
+def _is_predicted(sample: TransmissionEstimate) -> bool:
+    """Whether the sample is a prediction without measurement."""
     return sample.status == Status.STALE

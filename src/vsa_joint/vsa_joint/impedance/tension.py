@@ -1,7 +1,7 @@
-"""Tendon tensions split into the part that moves the joint and the part that stiffens it.
+"""Tendon tensions, split into internal part (co-contraction) and motion part.
 
-With A = [R1, -R2] the joint feels the torque A T. The internal part n n' T, n = [R2, R1] / |R|, gives no torque;
-the motion part A' A T / |R|^2 gives all of it. For equal radii the internal part is the mean tension on both sides.
+With A = [R1, -R2] the tendons exert the torque A T. The internal part n n' T, n = [R2, R1] / |R|, exerts no torque;
+the motion part A' A T / |R|^2 exerts all of it. For equal radii the internal part is the mean tension of both tendons.
 """
 
 from typing import NamedTuple
@@ -19,21 +19,21 @@ class TensionSplit(NamedTuple):
 
 
 def internal_part(tension: tuple[float, float], radius: tuple[float, float]) -> tuple[float, float]:
-    """Tensions that give no torque, one a side [N]."""
+    """Tensions without torque, one per transmission [N]."""
     r1, r2 = radius
     amplitude = (r2 * tension[0] + r1 * tension[1]) / (r1 * r1 + r2 * r2)
     return r2 * amplitude, r1 * amplitude
 
 
 def motion_part(tension: tuple[float, float], radius: tuple[float, float]) -> tuple[float, float]:
-    """Tensions that give all the torque, one a side [N]."""
+    """Tensions with all of the torque, one per transmission [N]."""
     r1, r2 = radius
     amplitude = (r1 * tension[0] - r2 * tension[1]) / (r1 * r1 + r2 * r2)
     return r1 * amplitude, -r2 * amplitude
 
 
 def unloaded_force(tension: tuple[float, float], radius: tuple[float, float]) -> float:
-    """Rod force of transmission_1 that is left when the tendons bear no torque [N].
+    """Force of transmission_1 with the same internal part and no torque [N]: twice its tension.
 
     >>> unloaded_force((20.0, 30.0), (0.02, 0.02))
     50.0
@@ -47,7 +47,7 @@ def split(
     radius: tuple[float, float],
     radius_std: tuple[float, float],
 ) -> TensionSplit:
-    """Split tensions [N]; `internal_force` is the mean of the internal part over both sides."""
+    """Split tensions [N] with variances [N^2] and radii [m]; `internal_force` is the mean of the internal part."""
     (t1, t2), (v1, v2), (r1, r2) = tension, variance, radius
     scale = 0.5 * (r1 + r2) / (r1 * r1 + r2 * r2)
     radius_effect = t1 * radius_std[0] - t2 * radius_std[1]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from vsa_joint.impedance.reflection import branch_at_joint
 from vsa_tools.evaluation.recorded_run import Floats, Integers
 
 Columns = Mapping[str, Floats]
@@ -113,7 +114,7 @@ def joint_truth(truth: Columns, samples: tuple[Integers, Integers], geometry: Ge
     damping = np.full(len(samples[0]), geometry.joint_damping)
     for side, (sample, tendon) in enumerate(zip(samples, geometry.tendon_stiffness, strict=True), 1):
         sigma, rod_damping = truth[f"stiffness_{side}"][sample], truth[f"damping_{side}"][sample]
-        stiffness += geometry.radius**2 * sigma * tendon / (4.0 * tendon + sigma)
+        stiffness += branch_at_joint(sigma, geometry.radius, tendon)
         damping += geometry.radius**2 * rod_damping * (2.0 * tendon / (4.0 * tendon + sigma)) ** 2
     return stiffness, damping
 

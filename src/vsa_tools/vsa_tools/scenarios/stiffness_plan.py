@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 from vsa_common.types import Array
-from vsa_joint.impedance.reflection import Joint
+from vsa_joint.geometry import Joint
+from vsa_joint.impedance.reflection import branch_at_joint
 
 INITIALIZATION_S = 24.0  # [s] of motion by the rig's profile, until both estimators are VALID
 STEPS = (1.0, 2.0, 4.0, 2.0, 1.0, 0.5, 4.0, 0.5, 1.0)  # [N m/rad]: steps by factors 2 and 8; the first is the approach
@@ -118,9 +119,8 @@ def commanded(time: float) -> float | None:
 def true_stiffness(truth: Mapping[str, Array], joint: Joint) -> Array:
     """Stiffness of the joint in each row of the rig's truth [N m/rad], eq. (11)."""
     total = np.zeros_like(truth["angle"])
-    for number, route in zip((1, 2), joint.routes, strict=True):
-        sigma = truth[f"stiffness_{number}"]
-        total += route.radius**2 * sigma * route.tendon_stiffness / (sigma + 4.0 * route.tendon_stiffness)
+    for number, path in zip((1, 2), joint.paths, strict=True):
+        total += branch_at_joint(truth[f"stiffness_{number}"], path.radius, path.tendon_stiffness)
     return total
 
 
