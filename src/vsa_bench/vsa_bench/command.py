@@ -1,4 +1,4 @@
-"""`./vsa bench estimation|live|joint|view|soak`: the suite's figures, beside what they are measured against."""
+"""`./vsa bench estimation|live|joint|ablation|view|soak`: figures of the suite, each with its reference."""
 
 import importlib
 import sys
@@ -7,6 +7,7 @@ BENCHES = {
     "estimation": "the estimators and their peers on simulated recordings",
     "live": "the whole suite, running",
     "joint": "the joint's impedance against the simulated joint's response",
+    "ablation": "half and double of each tuned constant of the estimator",
     "view": "what the live page costs: processor time, and delay of the nodes with and without it",
     "soak": "random frames, hours through the filter, the whole suite with its memory watched",
 }

@@ -53,6 +53,14 @@ class Recording:
         """Capture stamps [ns]."""
         return np.round((1.0 + self.truth.time) * 1e9).astype(np.int64)
 
+    def noise_parameters(self) -> dict[str, float]:
+        """The estimator's parameters of the sensor noise."""
+        return {
+            "force_noise_std": self.force_noise,
+            "deflection_noise_std": self.deflection_noise,
+            "deflection_resolution": RESOLUTION,
+        }
+
 
 def record(case: Case, seeds: list[int], seconds: float = 60.0) -> Recording:
     """The sensors' view of `case`: white noise on both, the encoder's steps on deflection."""
