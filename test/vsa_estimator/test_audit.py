@@ -9,7 +9,7 @@ from vsa_common.types import ResetReason
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.filter.tracker import CONTRADICTION, Tracker
 from vsa_estimator.force_law.transmission import Z
-from vsa_estimator.initialization.scheduler import Learner
+from vsa_estimator.initialization.scheduler import Initializer
 
 
 @cache
@@ -20,7 +20,7 @@ def fed(spoil=None):
     samples = zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
     for index, sample in enumerate(samples):
         if index == 2000 and spoil:
-            assert estimator._supervisor.tracker.knows
+            assert estimator._supervisor.tracker.initialized
             spoil(estimator._supervisor.tracker)
         estimate = estimator.add(*sample)
     return estimator, estimate
@@ -57,11 +57,13 @@ def test_a_regression_contradicts_beyond_chance_alone():
     )
     rng = np.random.default_rng(1)
     near = rng.multivariate_normal(tracker.z[3:], covariance, 500)
-    assert not any(tracker.contradicts(mean, covariance, 0.01, 0.017) for mean in near)
-    assert tracker.contradicts(1.07 * tracker.z[3:], covariance, 0.01, 0.017)
-    assert not tracker.contradicts(1.07 * tracker.z[3:], covariance, 1.0, 0.017)  # a mass that is felt
+    assert not any(tracker.cross_check_failed(mean, covariance, 0.01, 0.017) for mean in near)
+    assert tracker.cross_check_failed(1.07 * tracker.z[3:], covariance, 0.01, 0.017)
+    assert not tracker.cross_check_failed(1.07 * tracker.z[3:], covariance, 1.0, 0.017)  # a mass that is felt
     start = tracker.z[3:] + 20.0 * np.sqrt(np.diag(covariance)) * (np.arange(7) == Z.M - 3)
-    assert not tracker.contradicts(start, covariance, 0.01, 0.017)  # of a mass that is not felt only the start is known
+    assert not tracker.cross_check_failed(
+        start, covariance, 0.01, 0.017
+    )  # of a mass that is not felt only the start is known
 
 
 def test_jolts_leave_the_filter_unsuspected_and_a_force_that_is_never_explained_does_not():
@@ -69,8 +71,8 @@ def test_jolts_leave_the_filter_unsuspected_and_a_force_that_is_never_explained_
     for innovations, suspicious in ((jolted, False), ([4.0] * 200, True)):
         tracker = Tracker(initial, 100.0)
         for innovation in innovations:
-            tracker._watch(innovation)
-        assert tracker.suspicious == suspicious
+            tracker._add_nis(innovation)
+        assert tracker.nis_test_failed == suspicious
 
 
 def steps(seconds=40.0, rate=100, rise=0.25, travel=1.5e-3):
@@ -88,7 +90,7 @@ def steps(seconds=40.0, rate=100, rise=0.25, travel=1.5e-3):
 def test_brisk_steps_and_creep_between_them_do_not_mislead_the_regression(seed):
     rig = TRANSMISSION_1
     recording = measure(rig, *steps(), seed)
-    learner, fit = Learner(wrong_start(rig).initial, 100.0), None
+    learner, fit = Initializer(wrong_start(rig).initial, 100.0), None
     for sample in zip(1e-9 * recording.stamp_ns, recording.deflection, recording.force, strict=True):
         learner.add(*sample)
     reference = float(recording.deflection[0])

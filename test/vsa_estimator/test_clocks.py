@@ -61,14 +61,14 @@ class Lab:
         self.node.create_subscription(
             TransmissionImpedance,
             "transmission_1/impedance",
-            self.hear,
+            self.add_flags,
             RELIABLE,
         )
         self.until(lambda: self.node.count_subscribers("/vsa/transmission_1/encoder") > 0)
         self.until(lambda: self.node.count_publishers("/vsa/transmission_1/impedance") > 0)
         self.spin(0.3)
 
-    def hear(self, message):
+    def add_flags(self, message):
         self.heard.append((time.monotonic(), message))
 
     def spin(self, seconds):

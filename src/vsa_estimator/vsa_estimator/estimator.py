@@ -9,24 +9,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.types import Array, ResetReason, Status
-from vsa_estimator.fault_detection.latch import Health
+from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
 from vsa_estimator.output.predictor import (
-    BELIEFS,
-    FOLLOWED,
+    FAST_PATH,
     HOLDS,
     REFERENCE,
+    SNAPSHOT,
     Assessment,
-    assess,
-    follow,
-    follow_all,
+    predict_row,
+    process_sample,
+    process_samples,
 )
-from vsa_estimator.output.validity import Known, explain, judge
-from vsa_estimator.precompile import warm_up
+from vsa_estimator.output.validity import Observability, assess_observability, describe_unobservable
+from vsa_estimator.precompile import precompile
 from vsa_estimator.preprocessing import sensor_checks as signs
-from vsa_estimator.preprocessing.decimator import Block
-from vsa_estimator.preprocessing.pipeline import DEFLECTION_SPIKE, FORCE_SPIKE, Samples
-from vsa_estimator.preprocessing.validation import DROP, JUMP
+from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.preprocessing.pipeline import DEFLECTION_SPIKE, FORCE_SPIKE, Pipeline
+from vsa_estimator.preprocessing.validation import DROP, TIME_RESET
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.supervisor import Supervisor
 
@@ -43,33 +43,33 @@ class Estimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Compiles what has to be compiled, so that no sample waits for it."""
         self.config = config
-        self._samples = Samples(config)
-        self._health = Health()
+        self._samples = Pipeline(config)
+        self._health = FaultLatch()
         self._supervisor = Supervisor(config, self._samples, self._health)
         self._dropped = 0
         self._fused = 0
         self._estimate: Estimate | None
         self._started: bool
-        self._left: list[Block] | None  # blocks that are to be taken, where a sample has left work to do
-        self._beliefs: Array
+        self._pending: list[Decimated] | None  # blocks that are to be taken, where a sample has left work to do
+        self._snapshot: Array
         self._moments: NDArray[np.int64]
         self._begin()
-        warm_up()
+        precompile()
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted.
 
         Where samples are averaged, the step that is due comes later: by `finish_pending` or before the next sample.
         """
-        self._settle()
+        self._finish_pending()
         samples = self._samples
-        verdict, found, instant_ns, blocks, assessment = follow(
-            samples.memory, samples.stamps, self._supervisor.tracker.known, self._beliefs, self._moments,
+        verdict, found, instant_ns, blocks, assessment = process_sample(
+            samples.memory, samples.stamps, self._supervisor.tracker.known, self._snapshot, self._moments,
             stamp_ns, force, deflection,
         )  # fmt: skip
-        if verdict != FOLLOWED:
-            return self._heed(verdict, found, instant_ns, blocks, stamp_ns, force, deflection)
-        self._supervisor.blind = False
+        if verdict != FAST_PATH:
+            return self._handle_events(verdict, found, instant_ns, blocks, stamp_ns, force, deflection)
+        self._supervisor.encoder_fault = False
         return self._report(stamp_ns, instant_ns, force, assessment)
 
     def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
@@ -81,40 +81,40 @@ class Estimator:
         rows = no_rows(len(stamp_ns))
         first = 0
         while first <= end:  # the last one by itself: it leaves all as `add` does
-            self._settle()
-            until, verdict, found, instant_ns, blocks = follow_all(
-                rows, samples.memory, samples.stamps, self._supervisor.tracker.known, self._beliefs, self._moments,
+            self._finish_pending()
+            until, verdict, found, instant_ns, blocks = process_samples(
+                rows, samples.memory, samples.stamps, self._supervisor.tracker.known, self._snapshot, self._moments,
                 stamp_ns, force, deflection, first, end,
             )  # fmt: skip
             if until > first:
                 self._fused += until - first
                 self._force = float(force[until - 1])
             one = int(stamp_ns[until]), float(force[until]), float(deflection[until])
-            if verdict == FOLLOWED:
+            if verdict == FAST_PATH:
                 estimate = self.add(*one)
             else:
-                estimate = self._heed(verdict, found, instant_ns, blocks, *one)
+                estimate = self._handle_events(verdict, found, instant_ns, blocks, *one)
             rows[until] = row_of(estimate)
             first = until + 1
         return rows
 
     def finish_pending(self) -> bool:
         """Do one thing that the last sample has left to do, steps or a slice of learning; whether there was any."""
-        if self._left is None:
+        if self._pending is None:
             return False
         supervisor = self._supervisor
-        blocks, self._left = self._left, None
-        if blocks and supervisor.learner.works:
-            self._left = []
+        blocks, self._pending = self._pending, None
+        if blocks and supervisor.initializer.is_running:
+            self._pending = []
         for block in blocks:
             supervisor.step(block, self._force)
         if not blocks:
-            supervisor.learn()
-        if blocks or not supervisor.learner.works:
-            self._believe()
+            supervisor.run_initialization()
+        if blocks or not supervisor.initializer.is_running:
+            self._publish_snapshot()
         return True
 
-    def _settle(self) -> None:
+    def _finish_pending(self) -> None:
         while self.finish_pending():
             pass
 
@@ -123,13 +123,14 @@ class Estimator:
         last = self._estimate
         if last is None or stamp_ns <= self._stamp_ns:
             return None
-        self._settle()
+        self._finish_pending()
         silence = (stamp_ns - self._stamp_ns) * 1e-9
         stale = silence >= max(STALE_PERIODS * self._samples.period_ns * 1e-9, STALE_TIME)
         supervisor = self._supervisor
-        now = self._estimate_of(stamp_ns, assess(
-            supervisor.tracker.known, self._beliefs, self._moments, stamp_ns,
-            self._instant_ns + stamp_ns - self._stamp_ns, math.nan, silence < INVALID_TIME, supervisor.blind, stale,
+        now = self._estimate_of(stamp_ns, predict_row(
+            supervisor.tracker.known, self._snapshot, self._moments, stamp_ns,
+            self._instant_ns + stamp_ns - self._stamp_ns, math.nan, silence < INVALID_TIME, supervisor.encoder_fault,
+            stale,
         ))  # fmt: skip
         shrunk = max(1.0, last.stiffness / max(now.stiffness, 1e-9))  # its variance grows, even where a spring slackens
         return now._replace(stiffness_variance=now.stiffness_variance * shrunk * shrunk)
@@ -142,9 +143,9 @@ class Estimator:
 
     def state(self) -> State:
         """What the estimator knows now."""
-        self._settle()
+        self._finish_pending()
         supervisor, tracker, estimate = self._supervisor, self._supervisor.tracker, self._estimate
-        known = judge(tracker, supervisor.force_noise.std) if estimate else Known(*[False] * 7)
+        known = assess_observability(tracker, supervisor.force_noise.std) if estimate else Observability(*[False] * 7)
         if estimate is None:
             status, stiffness_valid, damping_valid, moving = Status.INITIALIZING, False, False, False
         else:
@@ -152,8 +153,8 @@ class Estimator:
             stiffness_valid, damping_valid = estimate.stiffness_valid, estimate.damping_valid
         z, p = tracker.z.tolist(), tracker.covariance
         variance = np.diag(p).tolist()
-        complaints = filter(None, [*self._health.complaints(self._stamp_ns), supervisor.trust.reason])
-        lines = explain(tracker, known, stiffness_valid, damping_valid)
+        complaints = filter(None, [*self._health.active_faults(self._stamp_ns), supervisor.consistency.reason])
+        lines = describe_unobservable(tracker, known, stiffness_valid, damping_valid)
         reason = "; ".join(complaints) or ("" if stiffness_valid else lines[0])
         if status is Status.INITIALIZING:
             reason = "no sample yet"
@@ -161,10 +162,10 @@ class Estimator:
             self._stamp_ns, status, reason, supervisor.reset_count, supervisor.reset_reason,
             z[0], variance[0], moving, z[1], variance[1], moving, z[2], variance[2], moving,
             tracker.reference, z[3], variance[3], known.stiffness,
-            z[4], tracker.appraisal.k2_variance, known.k2,
+            z[4], tracker.uncertainty.k2_variance, known.k2,
             z[5], variance[5], known.d1,
-            z[6], tracker.appraisal.d2_variance, known.d2,
-            z[7], tracker.appraisal.inertia_variance, known.inertia,
+            z[6], tracker.uncertainty.d2_variance, known.d2,
+            z[7], tracker.uncertainty.inertia_variance, known.inertia,
             z[8], variance[8], known.force_offset,
             z[9], variance[9], known.coulomb_friction,
             tuple(p[3:, 3:].ravel().tolist()), lines,
@@ -177,63 +178,63 @@ class Estimator:
         )  # fmt: skip
 
     def _begin(self) -> None:
-        self._samples.forget()
+        self._samples.reset()
         self._supervisor.begin()
         self._estimate = None
-        self._left = None
+        self._pending = None
         self._started = False
         self._stamp_ns = self._instant_ns = 0
         self._force = 0.0
-        self._beliefs, self._moments = np.zeros(BELIEFS), np.zeros(2, dtype=np.int64)
+        self._snapshot, self._moments = np.zeros(SNAPSHOT), np.zeros(2, dtype=np.int64)
 
-    def _heed(
+    def _handle_events(
         self, verdict: int, found: int, instant_ns: int, blocks: int, stamp_ns: int, force: float, deflection: float
     ) -> Estimate | None:
         """What a sample makes one do: drop it, start, hear signs of trouble, take steps, learn."""
         if verdict == DROP:
             self._dropped += 1
             return None
-        if verdict == JUMP:
+        if verdict == TIME_RESET:
             self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
         supervisor = self._supervisor
-        supervisor.blind = found & signs.BLINDED > 0
+        supervisor.encoder_fault = found & signs.BLINDED > 0
         if not self._started:
             supervisor.start(instant_ns, force, deflection)
             self._started = True
         if found:
             if found & signs.HURRIED:
-                supervisor.hurry(instant_ns)
-            self._health.hear(found, stamp_ns)
+                supervisor.mark_timing_suspect(instant_ns)
+            self._health.add_flags(found, stamp_ns)
             supervisor.force_rejected += found & FORCE_SPIKE > 0
             supervisor.deflection_rejected += found & DEFLECTION_SPIKE > 0
         finished, averaged = self._samples.finished(blocks), self._samples.averaged
         if not averaged:
             for block in finished:
                 supervisor.step(block, self._force)
-            if supervisor.learner.works:
-                supervisor.learn()
-        elif finished or supervisor.learner.works:
-            self._left = finished
+            if supervisor.initializer.is_running:
+                supervisor.run_initialization()
+        elif finished or supervisor.initializer.is_running:
+            self._pending = finished
         if found or not averaged:
-            self._believe()
+            self._publish_snapshot()
         if found & DEFLECTION_SPIKE:
             deflection = math.nan
-        return self._report(stamp_ns, instant_ns, force, assess(
-            supervisor.tracker.known, self._beliefs, self._moments, stamp_ns, instant_ns, deflection,
-            True, supervisor.blind, False,
+        return self._report(stamp_ns, instant_ns, force, predict_row(
+            supervisor.tracker.known, self._snapshot, self._moments, stamp_ns, instant_ns, deflection,
+            True, supervisor.encoder_fault, False,
         ))  # fmt: skip
 
-    def _believe(self) -> None:
+    def _publish_snapshot(self) -> None:
         """What holds until the next sample that is to be heeded."""
         supervisor, tracker = self._supervisor, self._supervisor.tracker
         self._force_variance = supervisor.force_noise.std**2
-        self._behind = supervisor.reset_count, supervisor.reset_reason, *tracker.appraisal[:COEFFICIENTS]
+        self._behind = supervisor.reset_count, supervisor.reset_reason, *tracker.uncertainty[:COEFFICIENTS]
         self._moments[:] = supervisor.step_ns, self._health.until_ns
-        self._beliefs[HOLDS] = not supervisor.learner.works
-        self._beliefs[REFERENCE:] = (
+        self._snapshot[HOLDS] = not supervisor.initializer.is_running
+        self._snapshot[REFERENCE:] = (
             tracker.reference, supervisor.jerk.density, supervisor.deflection_noise.std**2,
-            supervisor.trust.reason != "", tracker.knows, supervisor.inertia_known, *self._behind,
+            supervisor.consistency.reason != "", tracker.initialized, supervisor.inertia_observable, *self._behind,
         )  # fmt: skip
 
     def _report(self, stamp_ns: int, instant_ns: int, force: float, assessment: Assessment) -> Estimate:

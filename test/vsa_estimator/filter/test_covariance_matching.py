@@ -4,30 +4,38 @@ import numpy as np
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, record, wrong_start
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.filter.excitation import CLEAR_SPEED, SHARES, SMOOTH_MEMORY, compare, no_motion, roughen, share_shown
+from vsa_estimator.filter.excitation import (
+    CLEAR_SPEED,
+    SHARES,
+    SMOOTH_MEMORY,
+    accumulate_matching,
+    consistency_ratio,
+    initial_excitation,
+    reset_matching,
+)
 from vsa_estimator.filter.steps import FOUND
 
 
 def after(seconds, claimed, shown, speed=1e-3):
-    motion = no_motion()
+    motion = initial_excitation()
     for _ in range(round(100 * seconds)):
-        compare(motion, speed, claimed, shown, 0.01)
+        accumulate_matching(motion, speed, claimed, shown, 0.01)
     return motion
 
 
 def test_what_is_shown_of_the_claimed_variance_is_believed_little_by_little():
-    assert share_shown(no_motion()) == 1.0
-    assert share_shown(after(0.1, 4.0, 1.0)) > 0.95
-    assert share_shown(after(5.0 * SMOOTH_MEMORY, 4.0, 1.0)) == pytest.approx(0.25, abs=0.01)
-    assert share_shown(after(5.0 * SMOOTH_MEMORY, 4.0, 9.0)) == 1.0
-    assert share_shown(after(5.0 * SMOOTH_MEMORY, 4.0, -1.0)) < 0.01
-    assert share_shown(after(5.0 * SMOOTH_MEMORY, 4.0, 1.0, speed=0.9 * CLEAR_SPEED)) == 1.0
+    assert consistency_ratio(initial_excitation()) == 1.0
+    assert consistency_ratio(after(0.1, 4.0, 1.0)) > 0.95
+    assert consistency_ratio(after(5.0 * SMOOTH_MEMORY, 4.0, 1.0)) == pytest.approx(0.25, abs=0.01)
+    assert consistency_ratio(after(5.0 * SMOOTH_MEMORY, 4.0, 9.0)) == 1.0
+    assert consistency_ratio(after(5.0 * SMOOTH_MEMORY, 4.0, -1.0)) < 0.01
+    assert consistency_ratio(after(5.0 * SMOOTH_MEMORY, 4.0, 1.0, speed=0.9 * CLEAR_SPEED)) == 1.0
 
 
 def test_a_motion_that_becomes_another_is_called_smooth_no_longer():
     motion = after(5.0 * SMOOTH_MEMORY, 4.0, 1.0)
-    roughen(motion)
-    assert share_shown(motion) == 1.0
+    reset_matching(motion)
+    assert consistency_ratio(motion) == 1.0
 
 
 def test_intervals_narrow_in_smooth_motion_and_widen_when_the_rod_is_pushed():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter
 from vsa_estimator.filter import ekf as step
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, force, maximum_speed
+from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, force, peak_speed
 
 TRUTH = np.array([0.010, 1e-3, 1e-2, 8.0, 267.2, 4000.0, -1.089e8, 0.3755, 16.39, 0.3])
 REFERENCE = 0.0105
@@ -103,13 +103,13 @@ def test_the_report_is_the_predicted_impedance_with_its_covariance_by_complex_st
     assert out[1:12:2] == pytest.approx(np.diag(covariance), rel=1e-9)
     expected = [sigma * covariance[3, 4], sigma * covariance[3, 5], covariance[4, 5]]
     assert out[12:15] == pytest.approx(np.array(expected), rel=1e-9)
-    assert out[15] == maximum_speed(z[5], z[6])
+    assert out[15] == peak_speed(z[5], z[6])
 
 
 def test_the_damper_is_strongest_where_its_slope_vanishes():
-    speed = maximum_speed(4000.0, -1.089e8)
+    speed = peak_speed(4000.0, -1.089e8)
     assert 4000.0 + 3.0 * -1.089e8 * speed**2 == pytest.approx(0.0, abs=1e-9)
-    assert maximum_speed(4000.0, 0.0) == 1.0
+    assert peak_speed(4000.0, 0.0) == 1.0
 
 
 class Reference:
@@ -175,7 +175,7 @@ class Reference:
         total = noise + reversal**2 * max(1.0, step.REVERSAL_TIME / dt) + bent
         free = self.free()
         free[7] *= abs(z[2]) * np.sqrt(p[7, 7]) >= 0.2 * np.sqrt(noise)
-        unsure = abs(abs(z[1]) - maximum_speed(z[5], z[6])) < step.EITHER_SIDE * np.sqrt(p[1, 1])
+        unsure = abs(abs(z[1]) - peak_speed(z[5], z[6])) < step.EITHER_SIDE * np.sqrt(p[1, 1])
         told = (gradient @ p)[6] ** 2 / (gradient @ p @ gradient + total + own) / p[6, 6]
         free[5:7] = not unsure or told <= step.MOST_TOLD
         self.update(measured, gradient, expected + np.trace(hessian @ p) / 2.0, total, free, 2.0, own)
@@ -194,12 +194,12 @@ def multisine(t):
 @pytest.mark.parametrize(("d2_std", "beyond", "teaches"), [(6e7, 0.5, False), (6e7, 8.0, True), (1e6, 0.5, True)])
 def test_where_the_damper_may_be_at_its_greatest_force_or_not_no_force_tells_much_of_it(d2_std, beyond, teaches):
     z = np.array([0.01, 0.0, 0.0, 7.0, 250.0, 5500.0, -1.8e8, 0.3, 20.0, 0.3])
-    w = maximum_speed(z[5], z[6])
+    w = peak_speed(z[5], z[6])
     z[1] = w * (1.0 + 0.05 * beyond)
     p = np.diag([1e-12, (0.05 * w) ** 2, 1e-4, 1e-4, 1.0, 50.0**2, d2_std**2, 1e-3, 1e-2, 1e-4])
     before, variance = z.copy(), np.diag(p).copy()
     expected = force(z, 0.01, COULOMB_SPEED, np.empty(SIZE), np.empty((SIZE, SIZE)))
-    assert step.correct_force(z, p, 0.01, expected + 0.3, 3e-4, 1e-12, 0.01, 0.01, np.zeros(3))
+    assert step.update_force(z, p, 0.01, expected + 0.3, 3e-4, 1e-12, 0.01, 0.01, np.zeros(3))
     assert (z[5] != before[5], p[5, 5] < variance[5]) == (teaches, teaches)
     assert (z[6] != before[6], p[6, 6] < variance[6]) == (teaches, teaches)
     assert p[3, 3] < variance[3]
@@ -209,7 +209,7 @@ def test_where_the_damper_may_be_at_its_greatest_force_or_not_no_force_tells_muc
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_near_the_greatest_force_of_the_damper_derivatives_are_those_of_its_mean_over_the_speed(beyond, side):
     z = np.array([0.0, 0.0, 0.0, 7.0, 250.0, 5500.0, -1.8e8, 0.3, 20.0, 0.0])
-    w = maximum_speed(z[5], z[6])
+    w = peak_speed(z[5], z[6])
     std = 0.01 * w
     z[1] = side * (w + beyond * std)
 
@@ -240,8 +240,8 @@ def test_ten_thousand_steps_agree_with_filterpy_to_1e_9():
         measured_x = motion[0] + 1e-5 * rng.standard_normal() * (8.0 if k % 997 == 500 else 1.0)
         measured_f = law(np.array([*motion, *TRUTH[3:]])) + 0.017 * rng.standard_normal()
         step.predict(z, p, dt, 1e-4)
-        step.correct_deflection(z, p, measured_x, 1e-10, 0.010, monitor)
-        step.correct_force(z, p, REFERENCE, measured_f, 0.017**2, 1e-10, dt, 0.010, monitor)
+        step.update_deflection(z, p, measured_x, 1e-10, 0.010, monitor)
+        step.update_force(z, p, REFERENCE, measured_f, 0.017**2, 1e-10, dt, 0.010, monitor)
         reference.predict(dt, 1e-4)
         reference.deflection(measured_x, 1e-10)
         reference.force_step(measured_f, 0.017**2, 1e-10, dt)
@@ -257,10 +257,8 @@ def test_the_covariance_stays_symmetric_to_the_bit_and_positive():
     z, p, monitor = TRUTH.copy(), np.diag(STD**2), np.zeros(3)
     for _ in range(2_000):
         step.predict(z, p, 0.01, 1e-3)
-        step.correct_deflection(z, p, 0.010 + 1e-5 * rng.standard_normal(), 1e-10, 0.010, monitor)
-        step.correct_force(
-            z, p, REFERENCE, law(TRUTH) + 0.017 * rng.standard_normal(), 3e-4, 1e-10, 0.01, 0.01, monitor
-        )
+        step.update_deflection(z, p, 0.010 + 1e-5 * rng.standard_normal(), 1e-10, 0.010, monitor)
+        step.update_force(z, p, REFERENCE, law(TRUTH) + 0.017 * rng.standard_normal(), 3e-4, 1e-10, 0.01, 0.01, monitor)
     assert np.array_equal(p, p.T)
     std = np.sqrt(np.diag(p))
     assert np.linalg.eigvalsh(p / np.outer(std, std)).min() > -1e-12
@@ -269,7 +267,7 @@ def test_the_covariance_stays_symmetric_to_the_bit_and_positive():
 def test_a_hundred_sigma_measurement_changes_nothing():
     z, p, monitor = TRUTH.copy(), np.diag(STD**2) * 1e-4, np.zeros(3)
     before = z.copy(), p.copy()
-    assert not step.correct_force(z, p, REFERENCE, law(TRUTH) + 100 * 0.017, 0.017**2, 0.0, 0.01, 0.01, monitor)
-    assert not step.correct_deflection(z, p, 0.010 + 1e-3, 1e-10, 0.010, monitor)
+    assert not step.update_force(z, p, REFERENCE, law(TRUTH) + 100 * 0.017, 0.017**2, 0.0, 0.01, 0.01, monitor)
+    assert not step.update_deflection(z, p, 0.010 + 1e-3, 1e-10, 0.010, monitor)
     assert np.array_equal(z, before[0])
     assert np.array_equal(p, before[1])

@@ -5,7 +5,7 @@ import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, column, measure, run, wrong_start
 from vsa_common.types import Status
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.fault_detection.encoder_step import Jump
+from vsa_estimator.fault_detection.encoder_step import OffsetHypothesis
 from vsa_estimator.filter.process_noise import JerkDensity
 
 QUIET = 1.0
@@ -14,25 +14,25 @@ QUIET = 1.0
 def test_innovations_as_they_should_be_startle_less_than_once_in_a_thousand():
     generator = np.random.default_rng(2)
     jerk = JerkDensity()
-    assert sum(jerk.startled(float(nis)) for nis in generator.chisquare(1, 20_000)) < 20
+    assert sum(jerk.detect_manoeuvre(float(nis)) for nis in generator.chisquare(1, 20_000)) < 20
 
 
 def test_a_burst_raises_the_density_within_three_samples_by_orders():
     jerk = JerkDensity()
     for _ in range(100):
-        jerk.startled(QUIET)
+        jerk.detect_manoeuvre(QUIET)
     before = jerk.density
-    assert not jerk.startled(40.0)  # a single one may be an outlier
-    assert jerk.startled(40.0)
+    assert not jerk.detect_manoeuvre(40.0)  # a single one may be an outlier
+    assert jerk.detect_manoeuvre(40.0)
     for _ in range(5):
-        jerk.startled(40.0)
+        jerk.detect_manoeuvre(40.0)
     assert jerk.density > 1000.0 * before
 
 
 def test_the_density_stays_within_the_candidates():
     jerk = JerkDensity()
     for _ in range(100):
-        jerk.startled(1e9)
+        jerk.detect_manoeuvre(1e9)
     assert jerk.density <= 10.0
 
 
@@ -42,11 +42,11 @@ def test_the_density_stays_within_the_candidates():
     ids=["rod", "rod back", "encoder", "spikes"],
 )
 def test_a_rod_that_sets_off_is_told_from_an_encoder_that_jumped(offsets, sets_off):
-    jump = Jump()
+    jump = OffsetHypothesis()
     for offset in offsets:
-        assert not jump.sets_off
+        assert not jump.is_motion_onset
         jump.reject(0.01 + 1e-4 * offset, 1e-4 * offset, 0.0)
-    assert jump.sets_off == sets_off
+    assert jump.is_motion_onset == sets_off
 
 
 def moved_rested_moved(seconds=20.0, rest=15.0, travel=3e-3, rise=0.1, rate=500):

@@ -5,7 +5,7 @@ import pytest
 from transmission_data import TRANSMISSION_1, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.filter import ekf as step
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, Z, force, friction_form
+from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, Z, force, friction_model_std
 
 REFERENCE, DT, SHARE = 0.010, 0.01, 0.02
 TRUTH = np.array([0.010, 0.0, 0.0, np.log(3000.0), 267.2, 4000.0, -1.089e8, 0.3755, 16.39, 0.3])
@@ -31,11 +31,11 @@ def test_the_pull_is_what_a_friction_of_that_form_does_to_the_state():
             step.predict(z, p, DT, 1e-4)
             if pulled is not None:
                 step.carry(pulled, DT)
-            step.correct_deflection(z, p, measured_x, 1e-12, 0.004, monitor, pulled)
+            step.update_deflection(z, p, measured_x, 1e-12, 0.004, monitor, pulled)
         z, p = states[0], covariances[0]
-        extra = SHARE * friction_form(z, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1] + 0.125 * (z[2] * DT) ** 2))
+        extra = SHARE * friction_model_std(z, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1] + 0.125 * (z[2] * DT) ** 2))
         for z, p, pulled, more in zip(states, covariances, (pull, None), (0.0, extra), strict=True):
-            step.correct_force(z, p, REFERENCE, measured_f + more, 1e-4, 1e-12, DT, 0.004, monitor, pulled)
+            step.update_force(z, p, REFERENCE, measured_f + more, 1e-4, 1e-12, DT, 0.004, monitor, pulled)
     found = (states[1] - states[0]) / SHARE
     for name in (Z.D1, Z.D2, Z.D0):
         assert found[name] == pytest.approx(pull[name], rel=0.1)
@@ -46,7 +46,7 @@ def test_the_pull_is_what_a_friction_of_that_form_does_to_the_state():
 def test_the_interval_of_the_damping_holds_where_friction_saturates_sooner_than_the_model_has_it():
     estimator = Estimator(wrong_start(TRANSMISSION_1))
     run(estimator, record(TRANSMISSION_1, GENTLE, 60.0))
-    state, pull = estimator.state(), estimator._supervisor.tracker.pull
+    state, pull = estimator.state(), estimator._supervisor.tracker.friction_bias
     assert abs(state.d1 - TRANSMISSION_1.d1) < 1.96 * np.sqrt(state.d1_variance)
     assert state.d1_variance == pytest.approx(estimator._supervisor.tracker.p[Z.D1, Z.D1] + pull[Z.D1] ** 2)
     assert abs(pull[Z.D1]) > 0.5 * np.sqrt(estimator._supervisor.tracker.p[Z.D1, Z.D1])

@@ -10,7 +10,7 @@ ENOUGH, ALIKE = 6, 0.25  # rejected offsets in a row, and their scatter as a sha
 STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
 
 
-class Jump:
+class OffsetHypothesis:
     """The rejected offsets since the last accepted deflection, and what of the force the expected place leaves open."""
 
     def __init__(self) -> None:
@@ -25,12 +25,12 @@ class Jump:
         """All is well, or the motion has a gap."""
         self._rejected.clear()
 
-    def insists(self, offset: float) -> bool:
+    def is_repeated(self, offset: float) -> bool:
         """Whether a deflection so far off [m] repeats what was rejected: that time goes by is no proof."""
         return bool(self._rejected) and abs(offset) > BACK * abs(self.size)
 
     @property
-    def sets_off(self) -> bool:
+    def is_motion_onset(self) -> bool:
         """Whether the offsets grow from one to the next: nothing has jumped, the rod moves."""
         if len(self._rejected) < 3:
             return False
@@ -38,7 +38,7 @@ class Jump:
         return second / first > GROWTH and third / second > GROWTH
 
     @property
-    def proven(self) -> bool:
+    def is_confirmed(self) -> bool:
         """Whether several are off by the same: those of a noisy encoder are not, nor those of one that stands still."""
         offsets, alike = [offset for offset, *_ in self._rejected[:ENOUGH]], ALIKE * abs(self.size)
         if len(offsets) < ENOUGH or offsets[0] * self.size < 0.0 or float(np.std(offsets[1:])) > alike:
@@ -56,7 +56,7 @@ class Jump:
         """Of the size, by the scatter of what was rejected [m^2]."""
         return float(np.var([offset for offset, *_ in self._seen]))
 
-    def stayed(self, elastic: float) -> bool:
+    def supported_by_force(self, elastic: float) -> bool:
         """Whether the force says that the rod did not move; `elastic` is what moving would cost [N]."""
         heard = [force for _, force, _ in self._seen if not math.isnan(force)]
         return not heard or abs(heard[0] / elastic) < STAYED  # an absent force says nothing against it

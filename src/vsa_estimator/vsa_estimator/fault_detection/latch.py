@@ -5,7 +5,7 @@ from vsa_estimator.preprocessing import sensor_checks as signs
 COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s] ...
 LAST_NS = (1 << 63) - 1  # ... and never beyond the last stamp that there is [ns]
 
-COMPLAINTS = {
+FAULT_TEXTS = {
     signs.FORCE_NOISY: "force sensor noisy: several times what was configured",
     signs.ENCODER_NOISY: "encoder noisy: several times what was configured",
     signs.BURST: "samples in a burst: they queued up on their way",
@@ -17,7 +17,7 @@ COMPLAINTS = {
 }
 
 
-class Health:
+class FaultLatch:
     """What the signs in the raw samples of late say of the sensors."""
 
     def __init__(self) -> None:
@@ -29,14 +29,14 @@ class Health:
         """Forget the past: stamps went back."""
         self._complaints: dict[str, int] = {}
 
-    def hear(self, found: int, stamp_ns: int) -> None:
+    def add_flags(self, found: int, stamp_ns: int) -> None:
         """Take the signs of a raw sample."""
         self.force_repeated += found & signs.FORCE_REPEATED
-        for sign, complaint in COMPLAINTS.items():
+        for sign, complaint in FAULT_TEXTS.items():
             if found & sign:
-                self.complain(complaint, stamp_ns)
+                self.raise_fault(complaint, stamp_ns)
 
-    def complain(self, text: str, stamp_ns: int) -> None:
+    def raise_fault(self, text: str, stamp_ns: int) -> None:
         """Say `text` from now on for a while."""
         self._complaints[text] = min(stamp_ns + int(COMPLAINT_TIME * 1e9), LAST_NS)
 
@@ -45,6 +45,6 @@ class Health:
         """Until when a complaint stands; 0 where none ever did."""
         return max(self._complaints.values(), default=0)
 
-    def complaints(self, stamp_ns: int) -> list[str]:
+    def active_faults(self, stamp_ns: int) -> list[str]:
         """Complaints that stand at an instant."""
         return [text for text, until_ns in self._complaints.items() if stamp_ns < until_ns]

@@ -34,7 +34,7 @@ class Coefficients(NamedTuple):
     reference: float
 
 
-class Shift(NamedTuple):
+class SensorShift(NamedTuple):
     """What would explain the contradiction; one of the two is zero."""
 
     force: float  # the force reads so much more than it did [N]
@@ -75,7 +75,7 @@ class Rows:
         self._begin = self._end = 0
 
 
-class Witness:
+class ParityCheck:
     """Coefficients of a few seconds ago and what the sensors say against them."""
 
     def __init__(self, rate: float) -> None:
@@ -89,7 +89,7 @@ class Witness:
         self._doubtful = 0.0  # what uncertain coefficients explain [N]
         self._travel = (math.inf, -math.inf)  # [m]
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Nothing is known any more."""
         self._kept.clear()
         self._travel = (math.inf, -math.inf)
@@ -115,7 +115,7 @@ class Witness:
         self.keep(coefficients)
 
     @property
-    def kept(self) -> Coefficients | None:
+    def checkpoint(self) -> Coefficients | None:
         """What the sensors are held against."""
         return self._kept[0] if self._kept else None
 
@@ -129,7 +129,7 @@ class Witness:
         return True
 
     @property
-    def vague(self) -> bool:
+    def is_insensitive(self) -> bool:
         """Whether the coefficients are too uncertain, here, to be held against anybody."""
         usual, (low, high), place = math.sqrt(self._usual[DECIDES]), self._travel, float(self._rows.view[1, -1])
         margin = BEYOND / float(self._kept[0].mean[1])
@@ -137,22 +137,22 @@ class Witness:
         return uncertain or not low - margin < place < high + margin
 
     @property
-    def silent(self) -> bool:
+    def no_evidence(self) -> bool:
         """Whether the motion tells nothing about the force."""
         return self._means[DECIDES] is None
 
     @property
-    def contradicts(self) -> bool:
+    def exceeds_threshold(self) -> bool:
         """Whether the force is not what it should be."""
         return any(share is not None and share > 1.0 for share in map(self._share, range(len(WINDOWS))))
 
     @property
-    def agrees(self) -> bool:
+    def is_consistent(self) -> bool:
         """Whether the force has been what it should be for long enough."""
         short = [self._share(index) for index in range(DECIDES + 1)]
         return all(share is not None and share < CALM for share in short)
 
-    def trust(self) -> None:
+    def accept(self) -> None:
         """All was well at this look: its means are usual ones. Larger ones count for little."""
         self._looks = min(self._looks + 1, USUAL_LOOKS)
         for index, mean in enumerate(self._means):
@@ -165,22 +165,22 @@ class Witness:
         """What was contradicted is over: older rows say nothing more."""
         self._rows.drop_before(self._looked - WINDOWS[DECIDES])
 
-    def explain(self) -> Shift | None:
+    def isolate_fault(self) -> SensorShift | None:
         """A constant shift of one sensor that explains the last seconds, if it does and the other's does not."""
         time, residual, stiffness, moving, *_ = self._residuals()
-        if self.kept is None or not time.size or time[-1] - time[0] < SHIFT_TIME or moving.mean() < 0.5:
+        if self.checkpoint is None or not time.size or time[-1] - time[0] < SHIFT_TIME or moving.mean() < 0.5:
             return None
         residual, stiffness = residual[moving], stiffness[moving]
         offset = float(residual.mean())
         slope = float(residual @ stiffness / (stiffness @ stiffness))  # -(1 - exp(-k2 dx)) / k2
-        k2, width = float(self.kept.mean[1]), max(1, residual.size // 10)
+        k2, width = float(self.checkpoint.mean[1]), max(1, residual.size // 10)
         by_force, by_deflection = (_ripple(rest, width) for rest in (residual - offset, residual - slope * stiffness))
         limit = LIMIT * math.sqrt(self._usual[DECIDES])
         if by_force < limit and by_force * CLEARLY < by_deflection:
-            return Shift(offset, 0.0, by_force)
+            return SensorShift(offset, 0.0, by_force)
         if by_deflection < limit and by_deflection * CLEARLY < by_force and 1.0 + k2 * slope > 0.0:
             shift = -math.log1p(k2 * slope) / k2
-            return Shift(0.0, shift, by_deflection / float(np.sqrt(np.mean(stiffness**2))))
+            return SensorShift(0.0, shift, by_deflection / float(np.sqrt(np.mean(stiffness**2))))
         return None
 
     def _share(self, index: int) -> float | None:
@@ -198,10 +198,10 @@ class Witness:
 
     def _residuals(self) -> tuple[Array, Array, Array, NDArray[np.bool_], Array, Array]:
         """`residuals` of the last seconds; empty where there is nothing to compare."""
-        if self.kept is None or self._rows.view.shape[1] < LEAST_ROWS:
+        if self.checkpoint is None or self._rows.view.shape[1] < LEAST_ROWS:
             nothing = np.zeros(0)
             return nothing, nothing, nothing, nothing.astype(bool), np.zeros((3, 0)), nothing
-        return residuals(self._rows.view, self.kept.mean, self.kept.reference)
+        return residuals(self._rows.view, self.checkpoint.mean, self.checkpoint.reference)
 
 
 def _ripple(values: Array, width: int) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, ln_stiffness, maximum_speed
+from vsa_estimator.force_law.transmission import COULOMB_SPEED, ln_stiffness, peak_speed
 
 WINDOWS = (0.12, 0.5, 3.0)  # means of the residual force are taken over these [s]
 DECIDES = 1  # which of them says that all is well again
@@ -31,7 +31,7 @@ def residuals(
     half = max(1, round(0.5 * BASE * (time.size - 1) / (time[-1] - time[0])))
     around, count = half // 2, max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
-    speed = maximum_speed(d1, d2)
+    speed = peak_speed(d1, d2)
     motion, residual, sigma = np.empty((3, count)), np.empty(count), np.empty(count)
     good, brisk, moving = np.empty(count, np.bool_), np.empty(count, np.bool_), np.empty(count, np.bool_)
     for i in range(count):

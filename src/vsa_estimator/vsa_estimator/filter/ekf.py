@@ -8,7 +8,14 @@ import math
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, force, friction_form, ln_stiffness, maximum_speed
+from vsa_estimator.force_law.transmission import (
+    COULOMB_SPEED,
+    SIZE,
+    force,
+    friction_model_std,
+    ln_stiffness,
+    peak_speed,
+)
 
 SOFT_GATE = 16.0  # normalised innovation squared from which a measurement counts for less
 HARD_GATE = 100.0  # and from which it is rejected
@@ -28,7 +35,7 @@ KNOWN_SPEED = 0.2  # of v*: greatest standard deviation of a speed for which the
 EITHER_SIDE = 6.0  # standard deviations of a speed within which it may be on either side of v*: then no force ...
 MOST_TOLD = 0.1  # ... tells more than this share of the variance of d2: it might be no greatest force
 
-LEAST_STROKE = 0.6  # k2 x stroke under which a bent spring looks like a straight one
+MIN_STROKE = 0.6  # k2 x stroke under which a bent spring looks like a straight one
 STROKE_MEMORY = 20.0  # time constant of the stroke that the filter remembers [s]
 
 
@@ -54,21 +61,21 @@ def predict(z: Array, p: Array, dt: float, jerk_density: float) -> None:
 
 
 @compiled
-def carry(pull: Array, dt: float) -> None:
+def propagate_bias(pull: Array, dt: float) -> None:
     """Carry a systematic error of the state on by dt [s]."""
     pull[0] += dt * pull[1] + 0.5 * dt * dt * pull[2]
     pull[1] += dt * pull[2]
 
 
 @compiled
-def age(p: Array, dt: float) -> None:
+def add_parameter_process_noise(p: Array, dt: float) -> None:
     """Let the coefficients drift for dt [s] of motion."""
     for i in range(DRIFT.size):
         p[3 + i, 3 + i] += DRIFT[i] * dt
 
 
 @compiled
-def correct(z: Array, p: Array, ph: Array, gain: Array, innovation: float, variance: float) -> None:
+def apply_correction(z: Array, p: Array, ph: Array, gain: Array, innovation: float, variance: float) -> None:
     """Joseph form for any gain: p becomes p - K (PH)' - (PH) K' + K S K', symmetric to the bit."""
     z += gain * innovation
     for i in range(SIZE):
@@ -78,7 +85,7 @@ def correct(z: Array, p: Array, ph: Array, gain: Array, innovation: float, varia
 
 
 @compiled
-def softened(nis: float, variance: float, steepness: float) -> float:
+def inflate_innovation(nis: float, variance: float, steepness: float) -> float:
     """Innovation variance, enlarged for an innovation beyond the soft gate: by (nis / gate)^steepness.
 
     With 1/2 the influence stays what it is at the gate; beyond that it falls again.
@@ -87,19 +94,19 @@ def softened(nis: float, variance: float, steepness: float) -> float:
 
 
 @compiled
-def bar(z: Array, p: Array, stroke: float, gain: Array) -> None:
+def partial_update_mask(z: Array, p: Array, stroke: float, gain: Array) -> None:
     """Schmidt: what the present motion cannot tell apart stays as it is, and keeps its uncertainty.
 
     Of k2 without `stroke` [m], of M without a clear acceleration.
     """
-    if z[4] * stroke < LEAST_STROKE:
+    if z[4] * stroke < MIN_STROKE:
         gain[4] = 0.0
     if z[2] ** 2 < 9.0 * p[2, 2]:
         gain[7] = 0.0
 
 
 @compiled
-def correct_deflection(
+def update_deflection(
     z: Array, p: Array, measured: float, noise_variance: float, stroke: float, monitor: Array, pull: Array | None = None
 ) -> bool:
     """Take one deflection [m] in; False where the gate rejects it. monitor: innovation and its variance.
@@ -114,30 +121,30 @@ def correct_deflection(
     monitor[1] = variance
     if nis > HARD_GATE:
         return False
-    variance = softened(nis, variance, 0.5)
+    variance = inflate_innovation(nis, variance, 0.5)
     gain = ph / variance
-    bar(z, p, stroke, gain)
-    correct(z, p, ph, gain, innovation, variance)
+    partial_update_mask(z, p, stroke, gain)
+    apply_correction(z, p, ph, gain, innovation, variance)
     if pull is not None:
         pull -= gain * pull[0]
     return True
 
 
 @compiled
-def own_noise(z: Array, reference: float, deflection_variance: float) -> float:
+def measurement_cross_noise(z: Array, reference: float, deflection_variance: float) -> float:
     """Variance of the encoder, through the stiffness, by which a force counts for less [N^2]."""
     sigma = np.exp(ln_stiffness(z[3], z[4], z[0] - reference))
     return float(OWN_NOISE * sigma * sigma * deflection_variance)
 
 
 @compiled
-def soften_kink(z: Array, speed_std: float, gradient: Array, hessian: Array) -> None:
+def linearize_near_peak(z: Array, speed_std: float, gradient: Array, hessian: Array) -> None:
     """Derivatives of the damper's force by the speed, near v*, in the mean over a speed of that standard deviation.
 
     The force bends down to v* and is held from there on. Who looks at one speed alone calls it sure just beyond.
     A speed that is hardly known is left as it is: softened, it would explain whatever force there is.
     """
-    speed, w = abs(z[1]), maximum_speed(z[5], z[6])
+    speed, w = abs(z[1]), peak_speed(z[5], z[6])
     beyond = (speed - w) / max(speed_std, 1e-12)
     if abs(beyond) > 4.0 or speed_std > KNOWN_SPEED * w:
         return
@@ -151,7 +158,7 @@ def soften_kink(z: Array, speed_std: float, gradient: Array, hessian: Array) -> 
 
 
 @compiled
-def correct_force(
+def update_force(
     z: Array, p: Array, reference: float, measured: float, noise_variance: float, deflection_variance: float,
     dt: float, stroke: float, monitor: Array, pull: Array | None = None, stood: float = 0.0,
 ) -> bool:  # fmt: skip
@@ -168,8 +175,8 @@ def correct_force(
     hessian = np.zeros((SIZE, SIZE))
     blur = np.sqrt(COULOMB_SPEED**2 + 1.5 * (p[1, 1] + (z[2] * dt) ** 2 / 12.0))  # speeds that a step spans, too
     expected = force(z, reference, blur, gradient, hessian)
-    speed_std, w = np.sqrt(p[1, 1]), maximum_speed(z[5], z[6])
-    soften_kink(z, speed_std, gradient, hessian)
+    speed_std, w = np.sqrt(p[1, 1]), peak_speed(z[5], z[6])
+    linearize_near_peak(z, speed_std, gradient, hessian)
     curvature = hessian @ p
     mean = 0.0
     for i in range(SIZE):
@@ -177,7 +184,7 @@ def correct_force(
     spread = np.sum(curvature * curvature.T)
     unexplained = max(REVERSAL_SHARE * (z[9] + np.sqrt(p[9, 9])), LEAST_REVERSAL_FORCE)
     reversal = unexplained * np.exp(-(z[1] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[1, 1]))
-    own = own_noise(z, reference, deflection_variance)
+    own = measurement_cross_noise(z, reference, deflection_variance)
     alike = max(1.0, max(REVERSAL_TIME, stood) / dt)  # forces that share one error of the friction
     noise = noise_variance + reversal * reversal * alike + 0.5 * max(spread, 0.0)
     innovation = measured - expected - 0.5 * mean
@@ -189,16 +196,16 @@ def correct_force(
     monitor[2] = nis
     if nis > HARD_GATE:
         return False
-    variance = softened(nis, variance, 2.0)
+    variance = inflate_innovation(nis, variance, 2.0)
     gain = ph / variance
-    bar(z, p, stroke, gain)
+    partial_update_mask(z, p, stroke, gain)
     if abs(z[2]) * np.sqrt(p[7, 7]) < 0.2 * np.sqrt(noise_variance):
         gain[7] = 0.0
     if abs(abs(z[1]) - w) < EITHER_SIDE * speed_std and ph[6] * ph[6] > MOST_TOLD * variance * p[6, 6]:
         gain[5:7] = 0.0
     if pull is not None:
-        pull -= gain * (gradient @ pull - friction_form(z, blur))
-    correct(z, p, ph, gain, innovation, variance - own)
+        pull -= gain * (gradient @ pull - friction_model_std(z, blur))
+    apply_correction(z, p, ph, gain, innovation, variance - own)
     z[4] = max(z[4], 20.0)
     z[5] = max(z[5], 50.0)
     z[7] = max(z[7], 0.0)
@@ -207,7 +214,7 @@ def correct_force(
 
 
 @compiled
-def report(
+def predict_output(
     z: Array, p: Array, pull: Array, reference: float, ahead: float, jerk_density: float, doubts: Array, out: Array
 ) -> None:  # fmt: skip
     """Impedance and its covariance `ahead` [s] of state z into out (16); z stays as it is.
@@ -225,7 +232,7 @@ def report(
     k2, d1, d2 = z[4], z[5], z[6]
     dx = x - reference
     sigma = np.exp(ln_stiffness(z[3], k2, dx))
-    w = maximum_speed(d1, d2)
+    w = peak_speed(d1, d2)
     c = min(max(v, -w), w)
     slope = 6.0 * d2 * c  # of the damping, by the speed
     by_place, by_speed = k2 * doubts[4], slope * doubts[5]

@@ -4,7 +4,7 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.filter.ekf import REST_SPEED, STROKE_MEMORY
-from vsa_estimator.force_law.transmission import ln_stiffness, maximum_speed
+from vsa_estimator.force_law.transmission import ln_stiffness, peak_speed
 
 REST_TIME = 0.5  # without a clear speed for this long the rod stands [s]
 KINK = 0.01  # of d1: what noise of the speed does to the damper where it passes its greatest force
@@ -24,21 +24,21 @@ K2_VARIANCE, D2_VARIANCE, INERTIA_VARIANCE, INERTIAL_FORCE, DOUBTS = range(5)
 SHARES, FINDINGS = DOUBTS + 4, DOUBTS + 6
 
 
-def no_motion() -> Array:
+def initial_excitation() -> Array:
     """Nothing has moved yet."""
     return np.zeros(14)
 
 
 @compiled
-def by_motion(z: Array, p: Array, reference: float) -> float:
+def kinematic_force_variance(z: Array, p: Array, reference: float) -> float:
     """Variance of the force by place and speed as the covariance p claims them [N^2]."""
     elastic, c = np.exp(ln_stiffness(z[3], z[4], z[0] - reference)), z[1]
-    damping = z[5] + 3.0 * z[6] * c * c if abs(c) < maximum_speed(z[5], z[6]) else 0.0
+    damping = z[5] + 3.0 * z[6] * c * c if abs(c) < peak_speed(z[5], z[6]) else 0.0
     return float(elastic * elastic * p[0, 0] + damping * (2.0 * elastic * p[0, 1] + damping * p[1, 1]))
 
 
 @compiled
-def compare(motion: Array, speed: float, claimed: float, shown: float, dt: float) -> None:
+def accumulate_matching(motion: Array, speed: float, claimed: float, shown: float, dt: float) -> None:
     """Take the force's variance by place and speed, as claimed and as shown [N^2], `dt` [s] after the last."""
     if abs(speed) > CLEAR_SPEED:
         leak = dt / SMOOTH_MEMORY
@@ -47,13 +47,13 @@ def compare(motion: Array, speed: float, claimed: float, shown: float, dt: float
         motion[SHOWN] += leak * (shown - motion[SHOWN])
 
 
-def roughen(motion: Array) -> None:
+def reset_matching(motion: Array) -> None:
     """The motion has become another: nothing shows any more that it is smooth."""
     motion[SMOOTH] = motion[CLAIMED] = motion[SHOWN] = 0.0
 
 
 @compiled
-def share_shown(motion: Array) -> float:
+def consistency_ratio(motion: Array) -> float:
     """Share of the claimed variance of the speed that the force shows: white jerk is rougher than most motions."""
     if motion[CLAIMED] <= 0.0:
         return 1.0
@@ -62,14 +62,14 @@ def share_shown(motion: Array) -> float:
 
 
 @compiled
-def rests(motion: Array, z: Array, p: Array, dt: float) -> bool:
+def update_stationary(motion: Array, z: Array, p: Array, dt: float) -> bool:
     """Whether the rod stands: then stiction may hold any force, and noise of the speed must not pass for motion."""
     motion[STOOD] = 0.0 if abs(z[1]) > REST_SPEED + 3.0 * np.sqrt(p[1, 1]) else motion[STOOD] + dt
     return bool(motion[STOOD] > REST_TIME)
 
 
 @compiled
-def remember(motion: Array, z: Array, p: Array, reference: float, dt: float) -> None:
+def accumulate_excitation(motion: Array, z: Array, p: Array, reference: float, dt: float) -> None:
     """Take `dt` [s] of motion at state z with covariance p."""
     leak = dt / STROKE_MEMORY
     x, v, a = z[0], z[1], z[2]
@@ -78,7 +78,7 @@ def remember(motion: Array, z: Array, p: Array, reference: float, dt: float) -> 
     motion[LOW] = min(x, motion[LOW] + leak * (x - motion[LOW]))
     motion[SPEED_SQUARE] += leak * (v * v - p[1, 1] - motion[SPEED_SQUARE])
     motion[ACCELERATION_SQUARE] += leak * (a * a - p[2, 2] - motion[ACCELERATION_SQUARE])
-    beyond = 1.0 if abs(v) > NEAR_KINK * maximum_speed(z[5], z[6]) else 0.0
+    beyond = 1.0 if abs(v) > NEAR_KINK * peak_speed(z[5], z[6]) else 0.0
     motion[BEYOND] += leak * (beyond - motion[BEYOND])
     motion[WEIGHT] += leak * (1.0 - motion[WEIGHT])
     motion[X] += leak * (dx - motion[X])
@@ -88,7 +88,9 @@ def remember(motion: Array, z: Array, p: Array, reference: float, dt: float) -> 
 
 
 @compiled
-def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_std: float, out: Array) -> None:
+def assess_uncertainty(
+    motion: Array, z: Array, p: Array, force_variance: float, inertia_std: float, out: Array
+) -> None:
     """What is known of the coefficients beyond the covariance into out (FINDINGS).
 
     A speed that errs in phase with itself pulls the cubic damper, an acceleration that does the mass; a mass hides in
@@ -110,7 +112,7 @@ def appraise(motion: Array, z: Array, p: Array, force_variance: float, inertia_s
     felt = inertia_variance * accelerated > force_variance
     learned = inertia_variance * (1.0 if felt else max(0.0, 1.0 - p[7, 7] / inertia_std**2))
     hidden = HIDDEN * z[4] * spring * np.exp(-z[3])
-    share = 1.0 if felt else max(share_shown(motion), min(1.0, motion[BEYOND] / OFTEN))
+    share = 1.0 if felt else max(consistency_ratio(motion), min(1.0, motion[BEYOND] / OFTEN))
     out[K2_VARIANCE] = p[4, 4] + hidden * hidden * learned
     out[D2_VARIANCE] = p[6, 6] + (d2 * cubic_pull) ** 2 + (2.0 * kink * d2) ** 2
     out[INERTIA_VARIANCE] = inertia_variance

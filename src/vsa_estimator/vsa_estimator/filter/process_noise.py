@@ -65,7 +65,7 @@ class JerkDensity:
         self._started = False
         self._surprise = 1.0
 
-    def startled(self, nis: float) -> bool:
+    def detect_manoeuvre(self, nis: float) -> bool:
         """Whether the motion has just become livelier than the density allows; it then rises at once.
 
         Until it has risen far enough the filter lags, and a force would be laid at the door of the coefficients.

@@ -33,7 +33,7 @@ UNBOUNDED_SPEED = 1.0  # maximum speed of a damper that is linear as far as one 
 
 
 @compiled
-def maximum_speed(d1: float, d2: float) -> float:
+def peak_speed(d1: float, d2: float) -> float:
     """Speed v* [m/s] at which the damper's force, eq. (5), is greatest and D = d1 + 3 d2 v^2 vanishes."""
     if d2 < -1e5 and d1 > 0.0:
         return min(np.sqrt(d1 / (-3.0 * d2)), UNBOUNDED_SPEED)
@@ -56,7 +56,7 @@ def force(z: Array, reference: float, coulomb_speed: float, gradient: Array, hes
     v, a, k2, d1, d2, mass, offset, coulomb = z[1], z[2], z[4], z[5], z[6], z[7], z[8], z[9]
     dx = z[0] - reference
     sigma = np.exp(ln_stiffness(z[3], k2, dx))
-    w = maximum_speed(d1, d2)
+    w = peak_speed(d1, d2)
     c = min(max(v, -w), w)
     friction = np.tanh(v / coulomb_speed)
 
@@ -96,7 +96,7 @@ def force(z: Array, reference: float, coulomb_speed: float, gradient: Array, hes
 
 
 @compiled
-def friction_form(z: Array, coulomb_speed: float) -> float:
+def friction_model_std(z: Array, coulomb_speed: float) -> float:
     """How much more force [N] there may be at state z, one standard deviation, as the friction's form is unknown.
 
     Any form counts as likely between the smoothed one and none at all, the sign itself.

@@ -15,8 +15,8 @@ from vsa_estimator.force_rate.ekf import SIZE, ForceRateFilter, OffsetFilter, R
 from vsa_estimator.force_rate.rate_filter import RATE_FILTER, RateFilter
 from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
 from vsa_estimator.preprocessing import decimator as blocks
-from vsa_estimator.preprocessing import validation as intake
-from vsa_estimator.preprocessing.decimator import Block
+from vsa_estimator.preprocessing import validation
+from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
 
 START_STD = np.array([2e-3, 5e-3, 2e-2, 1.0])  # of v, a, j in SI, and of the filtered rate [N/s]
@@ -38,8 +38,8 @@ class ForceRateEstimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Ready for the first sample."""
         self.config = config
-        self._bounds = intake.IMPLAUSIBLE * np.array([config.force_limit, config.deflection_limit])
-        self._judged = np.zeros(intake.STAMPS, dtype=np.int64)
+        self._bounds = validation.IMPLAUSIBLE_RATIO * np.array([config.force_limit, config.deflection_limit])
+        self._judged = np.zeros(validation.STAMPS, dtype=np.int64)
         self._dropped = 0
         self._reset_count, self._reset_reason = 0, ResetReason.NONE
         self._fused = self._stamp_ns = 0
@@ -47,11 +47,11 @@ class ForceRateEstimator:
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted."""
-        verdict = intake.judge(self._bounds, self._judged, stamp_ns, force, deflection)
-        if verdict == intake.DROP:
+        verdict = validation.validate(self._bounds, self._judged, stamp_ns, force, deflection)
+        if verdict == validation.DROP:
             self._dropped += 1
             return None
-        if verdict == intake.JUMP:
+        if verdict == validation.TIME_RESET:
             self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
         if self._filter is not None and stamp_ns - self._stamp_ns > GAP * 1e9:
@@ -157,7 +157,7 @@ class ForceRateEstimator:
         self._reference = deflection
         self._step_ns = self._refreshed_ns = self._offset_ns = stamp_ns
 
-    def _step(self, block: Block) -> None:
+    def _step(self, block: Decimated) -> None:
         assert self._filter is not None
         dt = (block.stamp_ns - self._step_ns) * 1e-9
         self._step_ns = block.stamp_ns
@@ -178,7 +178,7 @@ class ForceRateEstimator:
             self._jerk.refresh()
         self._learn_offset(block)
 
-    def _rate_std(self, block: Block) -> float:
+    def _rate_std(self, block: Decimated) -> float:
         """Noise of the filtered force rate [N/s]: the sensor's, and what is left of the last reversal's kick."""
         assert self._filter is not None
         speed = float(self._filter.state[R.V])
@@ -189,7 +189,7 @@ class ForceRateEstimator:
         kick = 2.0 * self._friction / RATE_FILTER * math.exp(-age / RATE_FILTER)
         return math.hypot(self._white_rate_std() / math.sqrt(block.samples), kick)
 
-    def _learn_offset(self, block: Block) -> None:
+    def _learn_offset(self, block: Decimated) -> None:
         """The slower, parallel filter of section V-A."""
         assert self._filter is not None
         z, p = self._filter.state, self._filter.covariance

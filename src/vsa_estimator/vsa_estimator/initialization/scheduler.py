@@ -2,7 +2,7 @@
 
 import numpy as np
 from vsa_common.types import Array
-from vsa_estimator.filter.ekf import LEAST_STROKE
+from vsa_estimator.filter.ekf import MIN_STROKE
 from vsa_estimator.initialization.regression import Fit, Regression
 from vsa_estimator.initialization.windows import Rows, Slices, smooth
 from vsa_estimator.settings import Initial
@@ -15,7 +15,7 @@ MOST_SLICES = 10.0  # at once
 SURE_DAMPING = 0.1  # relative standard deviation of d1: one sweep of the stroke does not part damper and spring
 
 
-class Learner:
+class Initializer:
     """Buffer of moving data and the regression over it."""
 
     def __init__(self, initial: Initial, rate: float) -> None:
@@ -71,7 +71,7 @@ class Learner:
         )  # fmt: skip
 
     @property
-    def works(self) -> bool:
+    def is_running(self) -> bool:
         """Whether a start is at work."""
         return self._work is not None
 
@@ -101,7 +101,7 @@ class Learner:
         rows = rows.part(rows.described) if audit else rows
         return (yield from self._regression.work(rows, reference, force_std, deflection_std))
 
-    def sure(self, fit: Fit, force_noise_std: float) -> bool:
+    def ready_to_hand_over(self, fit: Fit, force_noise_std: float) -> bool:
         """Whether a filter that starts from this fit errs less by its linearisation than by noise.
 
         And could so half a second ago: a fit that is sure for once is not. An audit stands by itself. To be asked of
@@ -113,7 +113,7 @@ class Learner:
         tolerated = 0.06 * force_noise_std * max(1.0, self._duration / 20.0) ** 2
         known = fit.ln_k2_std < 0.1 and fit.covariance[0, 0] < 0.01
         known &= fit.covariance[2, 2] < (SURE_DAMPING * fit.mean[2]) ** 2
-        enough = bool(error < tolerated and known and bent > LEAST_STROKE)
+        enough = bool(error < tolerated and known and bent > MIN_STROKE)
         confirmed, self._confident = self._confident or self._audit, enough
         return enough and confirmed
 

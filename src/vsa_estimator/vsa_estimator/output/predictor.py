@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array, Status
-from vsa_estimator.filter.ekf import report
+from vsa_estimator.filter.ekf import predict_output
 from vsa_estimator.filter.excitation import DOUBTS
-from vsa_estimator.filter.steps import FOUND, parts
+from vsa_estimator.filter.steps import FOUND, views
 from vsa_estimator.output.estimate import ROW
-from vsa_estimator.preprocessing.pipeline import take
-from vsa_estimator.preprocessing.validation import TAKE
+from vsa_estimator.preprocessing.pipeline import preprocess
+from vsa_estimator.preprocessing.validation import ACCEPT
 
 Moments = NDArray[np.int64]
 
@@ -18,9 +18,9 @@ PARTED = 0.25  # of d1, with which a stiffness is valid before the filter takes 
 DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D vanishes
 NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
 FAR = 16.0  # squared standard deviations
-BRIDGED = 0.25  # silence up to this long is predicted across [s]
+MAX_PREDICTION_TIME = 0.25  # silence up to this long is predicted across [s]
 
-FOLLOWED = 3  # beside the verdicts of `intake`: taken, with nothing to heed, and assessed
+FAST_PATH = 3  # beside the verdicts of `intake`: taken, with nothing to heed, and assessed
 
 # What is believed until the next step, in an array: whether it is complete; of the last deflection whether it was far
 # from the prediction, and the square of that [m^2]; the reference [m], the jerk density, the deflection's noise [m^2];
@@ -29,7 +29,7 @@ HOLDS, IS_FAR, ASTRAY, REFERENCE, JERK_DENSITY, NOISE_VARIANCE, DOUBTED, KNOWS, 
 FIELDS = ROW.index(
     "reset_count"
 )  # of a row, the first ones are assessed; those behind are the same until the next step
-BELIEFS = BEHIND + len(ROW) - FIELDS
+SNAPSHOT = BEHIND + len(ROW) - FIELDS
 # And in whole numbers [ns]: the instant of the last step, and until when sensors are complained of.
 STEP, COMPLAINED = range(2)
 
@@ -44,7 +44,7 @@ Assessment = tuple[
 
 
 @compiled
-def assess_into(
+def predict_into(
     row: Array, known: Array, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
     heard: bool, blind: bool, stale: bool,
 ) -> None:  # fmt: skip
@@ -53,10 +53,10 @@ def assess_into(
     A `deflection` [m] is held against the prediction, NaN is none: where two in a row are far from it nobody knows yet
     whether the rod is there. `heard` says that sensors still tell, `blind` that the encoder is not to be believed.
     """
-    z, pull, p = parts(known)
+    z, pull, p = views(known)
     out = np.empty(16)
-    ahead = min(max((instant_ns - moments[STEP]) * 1e-9, 0.0), BRIDGED)
-    report(z, p, pull, beliefs[REFERENCE], ahead, beliefs[JERK_DENSITY], known[FOUND + DOUBTS :], out)
+    ahead = min(max((instant_ns - moments[STEP]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
+    predict_output(z, p, pull, beliefs[REFERENCE], ahead, beliefs[JERK_DENSITY], known[FOUND + DOUBTS :], out)
     place_variance, ln_variance, damping, damping_variance = out[1], out[7], out[8], out[9]
     if not np.isnan(deflection):
         apart = deflection - out[0]
@@ -92,7 +92,7 @@ def assess_into(
 
 
 @compiled
-def told(row: Array) -> Assessment:
+def as_tuple(row: Array) -> Assessment:
     """A row of `assess_into` as Python's own kinds."""
     return (
         row[0] > 0.0, float(row[1]), float(row[2]), row[3] > 0.0, float(row[4]), float(row[5]), row[6] > 0.0,
@@ -103,44 +103,44 @@ def told(row: Array) -> Assessment:
 
 
 @compiled
-def assess(
+def predict_row(
     known: Array, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
     heard: bool, blind: bool, stale: bool,
 ) -> Assessment:  # fmt: skip
     """As `assess_into`."""
     row = np.empty(FIELDS)
-    assess_into(row, known, beliefs, moments, stamp_ns, instant_ns, deflection, heard, blind, stale)
-    return told(row)
+    predict_into(row, known, beliefs, moments, stamp_ns, instant_ns, deflection, heard, blind, stale)
+    return as_tuple(row)
 
 
 @compiled
-def follow_into(
+def process_into(
     row: Array, memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """`take` a sample and, where no step is due and its signs say nothing, FOLLOWED: assessed into the row as well."""
-    verdict, found, instant_ns, blocks = take(memory, stamps, stamp_ns, force, deflection)
-    if verdict == TAKE and not found and not blocks and beliefs[HOLDS] > 0.0:
-        verdict = FOLLOWED
-        assess_into(row, known, beliefs, moments, stamp_ns, instant_ns, deflection, True, False, False)
+    verdict, found, instant_ns, blocks = preprocess(memory, stamps, stamp_ns, force, deflection)
+    if verdict == ACCEPT and not found and not blocks and beliefs[HOLDS] > 0.0:
+        verdict = FAST_PATH
+        predict_into(row, known, beliefs, moments, stamp_ns, instant_ns, deflection, True, False, False)
     return verdict, found, instant_ns, blocks
 
 
 @compiled
-def follow(
+def process_sample(
     memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int, Assessment]:  # fmt: skip
     """As `follow_into`; the assessment means something with FOLLOWED alone."""
     row = np.zeros(FIELDS)
-    verdict, found, instant_ns, blocks = follow_into(
+    verdict, found, instant_ns, blocks = process_into(
         row, memory, stamps, known, beliefs, moments, stamp_ns, force, deflection
     )
-    return verdict, found, instant_ns, blocks, told(row)
+    return verdict, found, instant_ns, blocks, as_tuple(row)
 
 
 @compiled
-def follow_all(
+def process_samples(
     rows: Array, memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
     stamp_ns: Moments, force: Array, deflection: Array, first: int, end: int,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
@@ -149,10 +149,10 @@ def follow_all(
     The last fields of an Estimate go into the rows, too.
     """
     for i in range(first, end):
-        verdict, found, instant_ns, blocks = follow_into(
+        verdict, found, instant_ns, blocks = process_into(
             rows[i, :FIELDS], memory, stamps, known, beliefs, moments, stamp_ns[i], force[i], deflection[i]
         )
-        if verdict != FOLLOWED:
+        if verdict != FAST_PATH:
             return i, verdict, found, instant_ns, blocks
         rows[i, FIELDS:] = beliefs[BEHIND:]
-    return end, FOLLOWED, 0, 0, 0
+    return end, FAST_PATH, 0, 0, 0

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from vsa_estimator.filter.ekf import LEAST_STROKE
+from vsa_estimator.filter.ekf import MIN_STROKE
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.force_law.transmission import Z, maximum_speed
+from vsa_estimator.force_law.transmission import Z, peak_speed
 from vsa_estimator.output.predictor import DAMPING, NEAR_MAXIMUM, STIFFNESS
 
 K2 = 0.05
@@ -14,7 +14,7 @@ INERTIA = 0.2
 CLEAR_FORCE = 3.0  # standard deviations of the force noise that it takes to move a valid inertia
 
 
-class Known(NamedTuple):
+class Observability(NamedTuple):
     """Validity of each coefficient; the words for those that are not."""
 
     stiffness: bool
@@ -26,42 +26,44 @@ class Known(NamedTuple):
     coulomb_friction: bool
 
 
-def judge(tracker: Tracker, force_noise_std: float) -> Known:
+def assess_observability(tracker: Tracker, force_noise_std: float) -> Observability:
     """What the filter knows at its last step; `force_noise_std` [N] of one sample."""
     z, p = tracker.z, tracker.p
     std = np.sqrt(np.maximum(np.diag(p), 0.0)).tolist()
     k2, d1, d2 = (abs(value) for value in z[4:7].tolist())
-    return Known(
+    return Observability(
         stiffness=std[Z.S] < STIFFNESS,
-        k2=tracker.appraisal.k2_variance < (K2 * k2) ** 2 and tracker.enough_stroke,
+        k2=tracker.uncertainty.k2_variance < (K2 * k2) ** 2 and tracker.sufficient_stroke,
         d1=std[Z.D1] < DAMPING * d1,
-        d2=tracker.appraisal.d2_variance < (CUBIC * d2) ** 2,
-        inertia=inertia_known(tracker, force_noise_std),
+        d2=tracker.uncertainty.d2_variance < (CUBIC * d2) ** 2,
+        inertia=inertia_observable(tracker, force_noise_std),
         force_offset=std[Z.F0] < 1.0,
         coulomb_friction=std[Z.D0] < 0.2,
     )
 
 
-def inertia_known(tracker: Tracker, force_noise_std: float) -> bool:
+def inertia_observable(tracker: Tracker, force_noise_std: float) -> bool:
     """Whether the motion has told the mass."""
-    now = tracker.appraisal
+    now = tracker.uncertainty
     tolerance = INERTIA * float(tracker.z[Z.M])
     return now.inertia_variance < tolerance * tolerance and now.inertial_force > CLEAR_FORCE * force_noise_std
 
 
-def explain(tracker: Tracker, known: Known, stiffness_valid: bool, damping_valid: bool) -> tuple[str, ...]:
+def describe_unobservable(
+    tracker: Tracker, known: Observability, stiffness_valid: bool, damping_valid: bool
+) -> tuple[str, ...]:
     """One line for each quantity that is not valid: which, why, what motion helps."""
     lines = []
     if not stiffness_valid:
         lines.append("stiffness: not yet known within 10 %; move slowly over several millimetres")
     if not known.k2:
-        if tracker.enough_stroke:
+        if tracker.sufficient_stroke:
             lines.append("k2: not yet known within 5 %; keep moving")
         else:
-            needed = 1e3 * LEAST_STROKE / max(float(tracker.z[Z.K2]), 1.0)
+            needed = 1e3 * MIN_STROKE / max(float(tracker.z[Z.K2]), 1.0)
             lines.append(f"k2: not observable on {1e3 * tracker.stroke:.1f} mm of travel; move over {needed:.1f} mm")
     if not damping_valid:
-        limit = NEAR_MAXIMUM * maximum_speed(float(tracker.z[Z.D1]), float(tracker.z[Z.D2]))
+        limit = NEAR_MAXIMUM * peak_speed(float(tracker.z[Z.D1]), float(tracker.z[Z.D2]))
         if abs(tracker.speed) >= limit:
             lines.append(f"damping: the damper is at its maximum beyond {1e3 * limit:.1f} mm/s; move slower")
         else:

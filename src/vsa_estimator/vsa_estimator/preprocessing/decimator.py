@@ -19,7 +19,7 @@ STAMPS = 12
 Stamps = NDArray[np.int64]
 
 
-class Block(NamedTuple):
+class Decimated(NamedTuple):
     """Mean of consecutive samples."""
 
     stamp_ns: int  # mean stamp of the deflections
@@ -99,11 +99,11 @@ def collect(
     return finished
 
 
-def finished_blocks(memory: Array, stamps: Stamps, count: int) -> list[Block]:
+def finished_blocks(memory: Array, stamps: Stamps, count: int) -> list[Decimated]:
     """The blocks that the last sample has finished."""
     blocks = []
     for which in range(count):
         deflection, force = memory[MEANS + 2 * which : MEANS + 2 * which + 2].tolist()
         stamp_ns, samples, forces = stamps[FINISHED + 3 * which : FINISHED + 3 * which + 3].tolist()
-        blocks.append(Block(stamp_ns, deflection, force, samples, forces))
+        blocks.append(Decimated(stamp_ns, deflection, force, samples, forces))
     return blocks

@@ -11,9 +11,9 @@ from vsa_estimator.preprocessing import decimator as blocks
 from vsa_estimator.preprocessing import outlier_filter as spikes
 from vsa_estimator.preprocessing import sensor_checks as signs
 from vsa_estimator.preprocessing import timestamp_filter as sample_clock
-from vsa_estimator.preprocessing import validation as intake
-from vsa_estimator.preprocessing.decimator import Block
-from vsa_estimator.preprocessing.validation import IMPLAUSIBLE, TAKE
+from vsa_estimator.preprocessing import validation
+from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.preprocessing.validation import ACCEPT, IMPLAUSIBLE_RATIO
 from vsa_estimator.settings import EstimatorConfig
 
 BRISK = (10.0, 3.0)  # slopes of force and deflection after which they ring, in standard deviations a sample
@@ -25,26 +25,26 @@ NO_LESSON = (  # at rest there is nothing to learn, and a stuck encoder must not
 FORCE_SPIKE, DEFLECTION_SPIKE = 4096, 8192
 
 # Where in the memory: bounds of force and deflection, whether the rod moves beyond v*, and what each step remembers.
-UNDAMPED, _LIMITS = 2, 3
+BEYOND_PEAK_SPEED, _LIMITS = 2, 3
 _FORCE_LINE = _LIMITS + signs.LIMITS
 _DEFLECTION_LINE = _FORCE_LINE + 4
 _BLOCKS = _DEFLECTION_LINE + 4
 _SIGNS = _BLOCKS + blocks.MEMORY
 _CLOCK = _SIGNS + signs.nothing_seen().size
-_JUDGED, _PLACED = intake.STAMPS, intake.STAMPS + sample_clock.STAMPS  # ends of their parts of the stamps
+_JUDGED, _PLACED = validation.STAMPS, validation.STAMPS + sample_clock.STAMPS  # ends of their parts of the stamps
 
 
 @compiled
-def take(
+def preprocess(
     memory: Array, stamps: NDArray[np.int64], stamp_ns: int, force: float, deflection: float
 ) -> tuple[int, int, int, int]:
     """Verdict on a sample (stamp_ns, force [N], deflection [m]); its signs, its instant [ns], and blocks finished."""
-    verdict = intake.judge(memory[:2], stamps[:_JUDGED], stamp_ns, force, deflection)
-    if verdict != TAKE:
+    verdict = validation.validate(memory[:2], stamps[:_JUDGED], stamp_ns, force, deflection)
+    if verdict != ACCEPT:
         return verdict, 0, 0, 0
     averaged = memory[_BLOCKS:_SIGNS]
     instant_ns = sample_clock.instant(memory[_CLOCK:], stamps[_JUDGED:_PLACED], stamp_ns, deflection)
-    undamped = memory[UNDAMPED] > 0.0
+    undamped = memory[BEYOND_PEAK_SPEED] > 0.0
     limits, period_ns = memory[_LIMITS:_FORCE_LINE], averaged[blocks.PERIOD]
     found = signs.examine(memory[_SIGNS:_CLOCK], limits, stamp_ns, force, deflection, undamped, period_ns)
     fresh, placed = found & NO_LESSON == 0, True
@@ -59,7 +59,7 @@ def take(
     return verdict, found, instant_ns, finished
 
 
-class Samples:
+class Pipeline:
     """What `take` remembers of one transmission's samples."""
 
     def __init__(self, config: EstimatorConfig) -> None:
@@ -68,7 +68,7 @@ class Samples:
         self.memory = _nothing(config)
         self.stamps = np.zeros(_PLACED + blocks.STAMPS, dtype=np.int64)
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Begin anew; which stamp was the last is still known."""
         self.memory[:] = _nothing(self._config)
         self.stamps[_JUDGED:] = 0
@@ -93,7 +93,7 @@ class Samples:
         """Noise of the encoder, times what it should be."""
         return float(self.memory[_CLOCK - 1])
 
-    def finished(self, count: int) -> list[Block]:
+    def finished(self, count: int) -> list[Decimated]:
         """The blocks that the last sample has finished."""
         return blocks.finished_blocks(self.memory[_BLOCKS:_SIGNS], self.stamps[_PLACED:], count)
 
@@ -108,7 +108,7 @@ def _nothing(config: EstimatorConfig) -> Array:
     limits[signs.FORCE_TRAVEL] = 40.0 * config.force_noise_std + 2.0 * friction
     limits[signs.DEFLECTION_TRAVEL] = 20.0 * config.deflection_noise_std + 5.0 * config.deflection_resolution
     limits[signs.FORCE_LIMIT], limits[signs.DEFLECTION_LIMIT] = config.force_limit, config.deflection_limit
-    bounds = [IMPLAUSIBLE * config.force_limit, IMPLAUSIBLE * config.deflection_limit, 0.0]
+    bounds = [IMPLAUSIBLE_RATIO * config.force_limit, IMPLAUSIBLE_RATIO * config.deflection_limit, 0.0]
     lines = spikes.no_line(force_std), spikes.no_line(deflection_std)
     return np.concatenate([
         bounds, limits, *lines, blocks.no_samples(config.filter_rate), signs.nothing_seen(),

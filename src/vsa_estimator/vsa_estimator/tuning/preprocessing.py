@@ -1,0 +1,7 @@
+"""Tuned constants of `vsa_estimator.preprocessing`."""
+
+from functools import partial
+
+from vsa_common.tuning import constant
+
+_constant = partial(constant, module=__name__)
