@@ -35,7 +35,7 @@ from vsa_common.config.configuration import load
 from vsa_common.io.tables import write_columns
 from vsa_common.ros.subprocesses import executable
 from vsa_driver.settings import DriverSettings
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.isolation import claim_domain
 
 pytestmark = pytest.mark.live
 
@@ -92,7 +92,7 @@ def test_every_piece_of_yaml_is_one_that_its_node_takes(block, tmp_path):
 
 @pytest.fixture(scope="module")
 def corner():
-    return claim_corner()
+    return claim_domain()
 
 
 @pytest.fixture(scope="module")
@@ -225,7 +225,7 @@ def name_of(line):
 @pytest.fixture(scope="module")
 def rig():
     """A corner of its own, in which the simulated rig rests and its driver runs."""
-    corner = claim_corner()
+    corner = claim_domain()
     bus = ["-p", f"bus.options:=['hop_limit=0','port={corner.bus_port}']"]
     rest = ["-p", "rate_hz:=200", "-p", "profile.kind:=hold", "-p", "torque.amplitudes:=[0.0, 0.0]"]
     nodes = {"rig_simulator": [*rest, *bus], "driver": bus}

@@ -12,7 +12,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.isolation import claim_domain
 
 pytestmark = pytest.mark.live
 
@@ -64,7 +64,7 @@ def test_gains_stay_where_the_estimate_is_not_to_be_trusted(example, bad):
 
 
 def test_the_running_example_commands_the_equilibrium_for_its_torque():
-    corner = claim_corner()
+    corner = claim_domain()
     command = [sys.executable, str(EXAMPLE), "--ros-args", "-p", "torque:=0.3", "-p", "stiffness:=1.5"]
     process = subprocess.Popen(command, env=corner.environment(), stderr=subprocess.DEVNULL)
     context = rclpy.Context()

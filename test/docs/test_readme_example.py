@@ -10,7 +10,7 @@ import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from vsa_msgs.msg import JointImpedance
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.isolation import claim_domain
 
 pytestmark = pytest.mark.live
 
@@ -23,7 +23,7 @@ def test_the_readme_shows_the_example():
 
 
 def test_the_example_prints_valid_stiffness_with_its_interval(monkeypatch, tmp_path):
-    corner = claim_corner()
+    corner = claim_domain()
     for name, value in corner.environment().items():
         monkeypatch.setenv(name, value)
     said = tmp_path / "said.txt"

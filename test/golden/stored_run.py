@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from vsa_tools.evaluation.run_summary import summarise
 from vsa_tools.report.command import all_tables, read_run
-from vsa_tools.report.figures import plates
+from vsa_tools.report.figures import figure_pages
 from vsa_tools.report.truth import read_truth
 from vsa_tools.scenarios.stiffness_steps import Scenario
 
@@ -28,7 +28,7 @@ def figures() -> dict[str, np.ndarray]:
         found = {"summary.json": _leaves(summarise(folder, [])), "control.json": _leaves(_control(folder))}
         run = read_run(folder / "bag")
         truth = read_truth(folder / "truth.csv", run)
-        for plate in plates(run, truth):
+        for plate in figure_pages(run, truth):
             found[f"figure {plate.name}"] = _drawn(plate.figure)
         for index, table in enumerate(all_tables(run, truth)):
             cells = " ".join(" ".join(map(str, row)) for row in table.rows)
@@ -39,7 +39,7 @@ def figures() -> dict[str, np.ndarray]:
 def _control(folder: Path) -> dict:
     """control.json as the scenario writes it."""
     options = argparse.Namespace(duration=0.0, out=folder)
-    return json.loads(json.dumps(Scenario(options).judge(folder)))
+    return json.loads(json.dumps(Scenario(options).evaluate(folder)))
 
 
 def _leaves(value) -> np.ndarray:

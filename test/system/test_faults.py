@@ -26,9 +26,9 @@ from vsa_common.ros.subprocesses import renice
 from vsa_common.stamps import nanoseconds
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
-from vsa_tools.demo.command import PARTS
-from vsa_tools.demo.harness import Stage
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.command import PROCESSES
+from vsa_tools.demo.harness import ProcessHarness
+from vsa_tools.demo.isolation import claim_domain
 from vsa_tools.demo.parameters import base_parameters, write_parameters
 
 pytestmark = pytest.mark.live
@@ -170,7 +170,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def lab(folder):
-    corner = claim_corner()
+    corner = claim_domain()
     bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={corner.bus_port}"]}
     run = {
         "rig_simulator": {"rate_hz": RATE, "autostart_clock": False, "bus": bus, **RIG},
@@ -179,10 +179,10 @@ def lab(folder):
     }
     parameters = folder / "parameters.yaml"
     write_parameters(parameters, base_parameters(), run)
-    with favoured() as nice, Stage(corner.environment(), folder / "logs") as stage:
-        parts = with_weight(PARTS, nice)
+    with favoured() as nice, ProcessHarness(corner.environment(), folder / "logs") as stage:
+        parts = with_weight(PROCESSES, nice)
         stage.start(parts, parameters)
-        stage.wait_until_active(*(part.name for part in PARTS if part.name != "driver"))
+        stage.wait_until_active(*(part.name for part in PROCESSES if part.name != "driver"))
         stage.activate("driver")
         stage.wait_until_connected()
         lab = Lab(stage, parameters, parts)

@@ -13,9 +13,9 @@ from std_srvs.srv import SetBool
 from vsa_common.ros.node import RELIABLE, STEADY
 from vsa_msgs.msg import JointImpedance, StiffnessCommand
 from vsa_msgs.srv import InjectFailure
-from vsa_tools.demo.command import PARTS
-from vsa_tools.demo.harness import Part, Stage
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.command import PROCESSES
+from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
+from vsa_tools.demo.isolation import claim_domain
 from vsa_tools.demo.parameters import base_parameters, write_parameters
 
 pytestmark = pytest.mark.live
@@ -25,8 +25,8 @@ LEARNING = 14.0  # s of motion before the first command
 RESUMING = 90.0  # s until control works again at most: what has queued up on a starved machine comes first
 SOFT, STIFF, SWAY = 1.0, 1.4, 1.0  # N m/rad and s, commanded in turn, so that there is motion to stop
 MOVED = 0.02  # rad between two commands that move the motors
-CONTROLLER = Part("stiffness_controller", "vsa_joint", "stiffness_controller")
-SUITE = (*(part for part in PARTS if part.name != "recorder"), CONTROLLER)
+CONTROLLER = ProcessSpec("stiffness_controller", "vsa_joint", "stiffness_controller")
+SUITE = (*(part for part in PROCESSES if part.name != "recorder"), CONTROLLER)
 
 
 class Lab:
@@ -103,14 +103,14 @@ def now():
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stiffness_faults")
-    corner = claim_corner()
+    corner = claim_domain()
     bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={corner.bus_port}"]}
     run = {
         "rig_simulator": {"rate_hz": RATE, "autostart_clock": False, "bus": bus, **RIG},
         "driver": {"autostart": False, "bus": bus},
     }
     write_parameters(folder / "parameters.yaml", base_parameters(), run)
-    with favoured() as nice, Stage(corner.environment(), folder / "logs") as stage:
+    with favoured() as nice, ProcessHarness(corner.environment(), folder / "logs") as stage:
         stage.start(with_weight(SUITE, nice), folder / "parameters.yaml")
         stage.wait_until_active(*(part.name for part in SUITE if part.name != "driver"))
         stage.activate("driver")

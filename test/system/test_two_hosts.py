@@ -14,8 +14,8 @@ from network_wire import Wire, permitted
 from vsa_common.io import bags
 from vsa_common.ros.subprocesses import executable, renice
 from vsa_tools.demo.parameters import base_parameters, write_parameters
-from vsa_tools.scenarios.fault_evaluation import lie
-from vsa_tools.scenarios.faults import Heard
+from vsa_tools.scenarios.fault_evaluation import undetected_error
+from vsa_tools.scenarios.faults import FaultRecording
 
 pytestmark = [pytest.mark.live, pytest.mark.skipif(not permitted(), reason="network namespaces are not permitted here")]
 
@@ -38,7 +38,7 @@ class Run:
     """What was done to the wire, when, and what the recorder on the second host heard."""
 
     def __init__(self, folder, times, wire):
-        self.heard = Heard(folder)
+        self.heard = FaultRecording(folder)
         self.times, self.dropped, self.carried = times, wire.dropped, wire.carried
         messages = bags.read(folder / "bag", ["/vsa/joint_impedance"])
         rows = [(receive * 1e-9, m.stiffness_valid, m.header.stamp.sec + m.header.stamp.nanosec * 1e-9)
@@ -125,4 +125,4 @@ def test_a_cut_link_is_invalid_in_time_and_told_until_it_is_mended(run):
 
 def test_at_no_time_was_a_stiffness_valid_and_wrong(run):
     for name, source in run.heard.sources.items():
-        assert lie(source, EVERYTHING)[0] <= 0.1, name
+        assert undetected_error(source, EVERYTHING)[0] <= 0.1, name

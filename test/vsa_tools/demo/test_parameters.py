@@ -12,7 +12,7 @@ from vsa_driver.settings import DriverSettings
 from vsa_estimator.settings import NodeConfig
 from vsa_simulator.node import SimulatorConfig
 from vsa_tools.demo.command import clear, write_run
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.isolation import claim_domain
 from vsa_tools.demo.parameters import base_parameters, lay_over, write_parameters
 from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario
 
@@ -82,7 +82,7 @@ def test_only_what_a_demo_made_is_cleared(tmp_path):
 
 
 def test_two_runs_never_share_a_domain_or_a_port():
-    corners = [claim_corner() for _ in range(10)]
+    corners = [claim_domain() for _ in range(10)]
     assert len({corner.domain for corner in corners}) == len({corner.bus_port for corner in corners}) == 10
     assert corners[0].environment()["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
 
@@ -90,7 +90,7 @@ def test_two_runs_never_share_a_domain_or_a_port():
 def test_the_plain_demo_is_a_scenario_that_does_nothing(tmp_path):
     plain = load_scenario("", options(tmp_path))
     assert type(plain) is Scenario
-    assert (plain.parameters(), list(plain.parts()), plain.judge(tmp_path)) == ({}, [], {})
+    assert (plain.parameters(), list(plain.parts()), plain.evaluate(tmp_path)) == ({}, [], {})
     with pytest.raises(ScenarioError, match="no scenario 'moon'"):
         load_scenario("moon", options(tmp_path))
 

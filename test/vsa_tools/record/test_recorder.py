@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from vsa_common.io import bags
 from vsa_common.ros.node import RELIABLE
 from vsa_common.ros.subprocesses import executable
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.isolation import claim_domain
 
 pytestmark = pytest.mark.live
 
@@ -24,7 +24,7 @@ COUNT = 400
 
 @pytest.fixture(scope="module")
 def corner():
-    claimed = claim_corner()
+    claimed = claim_domain()
     with pytest.MonkeyPatch.context() as patch:
         for name, value in claimed.environment().items():
             patch.setenv(name, value)

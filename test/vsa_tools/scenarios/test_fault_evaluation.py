@@ -8,9 +8,9 @@ from vsa_tools.scenarios.fault_evaluation import (
     Estimates,
     Saying,
     judged,
-    lie,
     occasions,
     rig_time,
+    undetected_error,
     verdict,
     well_again,
 )
@@ -34,9 +34,9 @@ def test_each_fault_is_judged_until_the_next():
 
 def test_the_longest_lie_counts_and_an_invalid_stiffness_cannot_lie():
     first, _ = occasions(EVENTS)
-    assert lie(estimates(wrong=(11.0, 11.3)), first) == (pytest.approx(0.3, abs=0.003), 0.05)
-    assert lie(estimates(wrong=(11.0, 11.3), invalid=(10.9, 11.5)), first) == (0.0, 0.0)
-    assert lie(estimates(wrong=(25.0, 26.0)), first) == (0.0, 0.0)
+    assert undetected_error(estimates(wrong=(11.0, 11.3)), first) == (pytest.approx(0.3, abs=0.003), 0.05)
+    assert undetected_error(estimates(wrong=(11.0, 11.3), invalid=(10.9, 11.5)), first) == (0.0, 0.0)
+    assert undetected_error(estimates(wrong=(25.0, 26.0)), first) == (0.0, 0.0)
 
 
 def test_well_again_is_measured_from_the_end_and_none_where_it_never_is():

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vsa_common.ros.subprocesses import executable
-from vsa_tools.demo.harness import Part
+from vsa_tools.demo.harness import ProcessSpec
 from vsa_tools.demo.parameters import Layer, base_parameters, write_parameters
 
 RIG_PRIORITY = 50  # where permitted: a real rig is no process that has to wait for others
@@ -34,7 +34,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Member(Part):
+class Member(ProcessSpec):
     """A node in a namespace, or a process with nodes of several names or namespaces."""
 
     namespace: str = ""

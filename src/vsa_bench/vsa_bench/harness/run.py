@@ -13,28 +13,28 @@ from vsa_bench.harness.score import Score, quantiles, score
 from vsa_bench.harness.usage import cpu_seconds, resident_mb, stolen_seconds
 from vsa_common.ros.realtime import RealTime, temporarily_applied
 from vsa_common.ros.subprocesses import ProcessError
-from vsa_tools.demo.harness import READY_S, SETTLE_S, Stage
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.harness import READY_S, SETTLE_S, ProcessHarness
+from vsa_tools.demo.isolation import claim_domain
 
 WARM_UP = 0.2  # share of the run after which memory is looked at first
 DRAIN_S = 5.0  # that what is queued up may take at the end, besides half the run
 
 
-def nobody(_: Stage) -> list[str]:
+def nobody(_: ProcessHarness) -> list[str]:
     """Nothing runs besides."""
     return []
 
 
-def perform(case: Case, folder: Path, besides: Callable[[Stage], Sequence[str]] = nobody) -> dict[str, Any]:
+def perform(case: Case, folder: Path, besides: Callable[[ProcessHarness], Sequence[str]] = nobody) -> dict[str, Any]:
     """The figures of one run; logs and the parameter file stay in `folder`. Raises ProcessError.
 
     `besides` starts what else shall run and names the processes whose processor time is wanted.
     """
-    corner = claim_corner()
+    corner = claim_domain()
     folder.mkdir(parents=True, exist_ok=True)
     parameters = folder / "parameters.yaml"
     write_case(parameters, case, corner.bus_port)
-    with Lateness() as lateness, Stage(corner.environment(), folder / "logs", "/bench") as stage:
+    with Lateness() as lateness, ProcessHarness(corner.environment(), folder / "logs", "/bench") as stage:
         observer = Observer(stage.node, case)
         members, simulated = suite(case), rigs(case)
         stage.start([*simulated, *members], parameters)
@@ -89,7 +89,7 @@ def _controller(case: Case) -> RealTime:
     return RealTime(priority=CONTROLLER_PRIORITY, cores=str(places[0]) if places else "")
 
 
-def _until_connected(stage: Stage, observer: Observer) -> None:
+def _until_connected(stage: ProcessHarness, observer: Observer) -> None:
     end = time.monotonic() + READY_S
     while lonely := observer.unconnected():
         if time.monotonic() > end:
@@ -98,8 +98,8 @@ def _until_connected(stage: Stage, observer: Observer) -> None:
     stage.spin(SETTLE_S)
 
 
-def _drain(stage: Stage, observer: Observer, limit_s: float) -> None:
+def _drain(stage: ProcessHarness, observer: Observer, limit_s: float) -> None:
     end = time.monotonic() + limit_s
     while time.monotonic() < end and not observer.done():
         stage.spin(0.1)
-    stage.spin_until_still(observer.progress, end - time.monotonic())
+    stage.spin_until_unchanged(observer.progress, end - time.monotonic())

@@ -11,9 +11,9 @@ from vsa_bench.harness.usage import resident_mb
 from vsa_common.ros.node import RELIABLE
 from vsa_common.terminal import progress
 from vsa_msgs.msg import EstimatorState
-from vsa_tools.demo.command import PARTS
-from vsa_tools.demo.harness import Stage
-from vsa_tools.demo.isolation import claim_corner
+from vsa_tools.demo.command import PROCESSES
+from vsa_tools.demo.harness import ProcessHarness
+from vsa_tools.demo.isolation import claim_domain
 from vsa_tools.demo.parameters import base_parameters, write_parameters
 
 RATE_HZ = 500
@@ -24,15 +24,15 @@ DRAIN_S = 5.0
 
 def soak_live(seconds: float) -> dict[str, Any]:
     """Figures of `seconds` [s] of rig, driver, estimators and joint. Raises ProcessError where one of them dies."""
-    parts = [part for part in PARTS if part.name != "recorder"]
-    corner = claim_corner()
+    parts = [part for part in PROCESSES if part.name != "recorder"]
+    corner = claim_domain()
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         bus = {"interface": "udp_multicast", "options": ["hop_limit=0", f"port={corner.bus_port}"]}
         rig = {"rate_hz": RATE_HZ, "autostart_clock": False, "duration": seconds, "bus": bus}
         changes = {"rig_simulator": rig, "driver": {"autostart": False, "bus": bus}}
         write_parameters(folder / "parameters.yaml", base_parameters(), changes)
-        with progress(seconds, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
+        with progress(seconds, "starting") as bar, ProcessHarness(corner.environment(), folder / "logs") as stage:
             states: dict[str, EstimatorState] = {}
             for i in (1, 2):
                 topic, name = f"transmission_{i}/estimator_state", f"estimator_{i}"
@@ -51,7 +51,7 @@ def soak_live(seconds: float) -> dict[str, Any]:
                 bar.advance(LOOK_S, "soaking")
                 if not before and elapsed > warm:
                     before = {name: _usage(pid) for name, pid in pids.items()}
-            stage.spin_until_silent(DRAIN_S)
+            stage.spin_until_idle(DRAIN_S)
             after = {name: _usage(pid) for name, pid in pids.items()}
             sent = round(seconds * RATE_HZ)
             lost = {name: sent - int(state.samples_fused) for name, state in states.items()}

@@ -17,7 +17,7 @@ from vsa_bench.live.report import OUTSIDE
 from vsa_common.ros.subprocesses import ProcessError, executable
 from vsa_common.terminal import progress, show_table
 from vsa_tools.demo.command import free_port
-from vsa_tools.demo.harness import Stage
+from vsa_tools.demo.harness import ProcessHarness
 from vsa_tools.demo.isolation import IsolationError
 
 BEFORE_S = 4.0  # for server and browser to come up, not measured
@@ -76,10 +76,13 @@ def row(page: str, runs: list[dict[str, Any]]) -> list[str]:
     ]
 
 
-def beside(case: Case, scratch: Path) -> dict[str, Callable[[Stage], Sequence[str]]]:
+def beside(case: Case, scratch: Path) -> dict[str, Callable[[ProcessHarness], Sequence[str]]]:
     """What runs beside the suite, by name, in the order in which they are measured."""
     reader = [sys.executable, "-m", "vsa_tools.view.server"]
-    pages: dict[str, Callable[[Stage], Sequence[str]]] = {NONE: nobody, ELSEWHERE: partial(_serve, case, reader)}
+    pages: dict[str, Callable[[ProcessHarness], Sequence[str]]] = {
+        NONE: nobody,
+        ELSEWHERE: partial(_serve, case, reader),
+    }
     browser = shutil.which("chromium")
     if browser:
         command = [browser, *BROWSER.split(), "--remote-debugging-port=0", f"--user-data-dir={scratch / 'browser'}"]
@@ -87,7 +90,7 @@ def beside(case: Case, scratch: Path) -> dict[str, Callable[[Stage], Sequence[st
     return pages
 
 
-def _serve(case: Case, looker: list[str], stage: Stage) -> list[str]:
+def _serve(case: Case, looker: list[str], stage: ProcessHarness) -> list[str]:
     """Start the page's server and `looker` with the page's address."""
     port = free_port(8080)
     space = f"/{case.namespaces[0]}"

@@ -18,25 +18,25 @@ from typing import Any
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.ros.subprocesses import ProcessError
 from vsa_common.terminal import Bar, progress
-from vsa_tools.demo.harness import Part, Stage
-from vsa_tools.demo.isolation import IsolationError, claim_corner
+from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
+from vsa_tools.demo.isolation import IsolationError, claim_domain
 from vsa_tools.demo.parameters import Layer, base_parameters, lay_over, write_parameters, wrong_starts
 from vsa_tools.demo.report_process import Reporter
 from vsa_tools.scenarios.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 
 RATE_HZ = 500  # two cores lose nothing at it with the recorder on
 DURATION_S = 60.0
-RECORDER = Part("recorder", "vsa_tools", "record", nice=5)
-RIG = Part("rig_simulator", "vsa_simulator", "rig_simulator")
+RECORDER = ProcessSpec("recorder", "vsa_tools", "record", nice=5)
+RIG = ProcessSpec("rig_simulator", "vsa_simulator", "rig_simulator")
 NODES = ("estimator_1", "estimator_2", "joint", "driver")
-COMPOSED = (RECORDER, Part("composed", "vsa_bringup", "composed", nodes=NODES), RIG)
-PARTS = (
+COMPOSED = (RECORDER, ProcessSpec("composed", "vsa_bringup", "composed", nodes=NODES), RIG)
+PROCESSES = (
     RECORDER,
-    Part("estimator_1", "vsa_estimator", "estimator"),
-    Part("estimator_2", "vsa_estimator", "estimator"),
-    Part("joint", "vsa_joint", "joint"),
+    ProcessSpec("estimator_1", "vsa_estimator", "estimator"),
+    ProcessSpec("estimator_2", "vsa_estimator", "estimator"),
+    ProcessSpec("joint", "vsa_joint", "joint"),
     RIG,
-    Part("driver", "vsa_driver", "driver"),
+    ProcessSpec("driver", "vsa_driver", "driver"),
 )
 VIEW_PORT = 8080
 MADE = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
@@ -66,14 +66,17 @@ def perform(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
     """Bring the suite up, let the rig's clock run, take all down, judge; the content of summary.json."""
     folder: Path = options.out
     clear(folder)
-    corner = claim_corner()
+    corner = claim_domain()
     parameters = write_run(folder, options, corner.bus_port, scenario.parameters())
     page = free_port(VIEW_PORT) if options.view else 0
-    parts = [*(COMPOSED if scenario.composed else PARTS), *scenario.parts(), *([_view(page)] if page else [])]
+    parts = [*(COMPOSED if scenario.composed else PROCESSES), *scenario.parts(), *([_view(page)] if page else [])]
     nodes = [node for part in parts for node in part.nodes or (part.name,)]
     waiting = [node for node in nodes if node not in ("driver", "view")]
     with contextlib.ExitStack() as ends:
-        with progress(options.duration, "starting") as bar, Stage(corner.environment(), folder / "logs") as stage:
+        with (
+            progress(options.duration, "starting") as bar,
+            ProcessHarness(corner.environment(), folder / "logs") as stage,
+        ):
             stage.start(parts, parameters)
             stage.wait_until_active(*waiting)
             stage.activate("driver")  # last, so that nothing it says is missed
@@ -94,7 +97,7 @@ def conclude(folder: Path, arrivals_ns: Arrivals, scenario: Scenario, reporter: 
 
     with progress(None, "reading the bag"):
         summary = summarise(folder, arrivals_ns)
-    figures = scenario.judge(folder)
+    figures = scenario.evaluate(folder)
     if figures:
         summary["scenario"] = figures
     (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
@@ -147,18 +150,18 @@ def free_port(wanted: int) -> int:
         return int(probe.getsockname()[1])
 
 
-def _view(port: int) -> Part:
-    return Part("view", "vsa_tools", "view", ("--port", str(port)), nice=10)
+def _view(port: int) -> ProcessSpec:
+    return ProcessSpec("view", "vsa_tools", "view", ("--port", str(port)), nice=10)
 
 
-def _watch(stage: Stage, duration: float, bar: Bar) -> None:
+def _watch(stage: ProcessHarness, duration: float, bar: Bar) -> None:
     step, done = 0.25, 0.0
     while done < duration:
         stage.spin(min(step, duration - done))
         done += step
         bar.advance(step, "measuring")
     bar.advance(0.0, "stopping")
-    stage.spin_until_silent(END_S)
+    stage.spin_until_idle(END_S)
 
 
 def _expected() -> tuple[type[Exception], ...]:

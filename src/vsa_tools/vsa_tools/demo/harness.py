@@ -33,7 +33,7 @@ SILENCE_S = 1.5  # the driver tells ten times a second which samples it had; a h
 
 
 @dataclass(frozen=True)
-class Part:
+class ProcessSpec:
     """One process of the suite: a node, or several (`nodes`) that keep their own names."""
 
     name: str
@@ -50,7 +50,7 @@ class Part:
         return [executable(self.package, self.executable), *self.arguments, *ros]
 
 
-class Stage:
+class ProcessHarness:
     """The processes of one run and a node of our own among them. Leaving the `with` block ends all of it.
 
     `arrivals_ns` are stamp and time of arrival of every joint message that our node, a subscriber as any other, got.
@@ -74,7 +74,7 @@ class Stage:
         self.node.create_subscription(CaptureCounters, counters, self._on_counters, RELIABLE, raw=True)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, RELIABLE)
 
-    def __enter__(self) -> "Stage":
+    def __enter__(self) -> "ProcessHarness":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
@@ -84,7 +84,7 @@ class Stage:
             self.node.destroy_node()
             rclpy.try_shutdown()
 
-    def start(self, parts: Sequence[Part], parameters: Path) -> None:
+    def start(self, parts: Sequence[ProcessSpec], parameters: Path) -> None:
         """Start the processes; they come up side by side."""
         for part in parts:
             self._homes |= dict.fromkeys(part.nodes or (part.name,), part.name)
@@ -153,11 +153,11 @@ class Stage:
             self._executor.spin_once(timeout_sec=left)
         self.group.check()
 
-    def spin_until_silent(self, limit: float) -> None:
+    def spin_until_idle(self, limit: float) -> None:
         """Return when the driver has had no sample for a while, or after `limit` [s]."""
-        self.spin_until_still(lambda: self._counters, limit)
+        self.spin_until_unchanged(lambda: self._counters, limit)
 
-    def spin_until_still(self, progress: Callable[[], object], limit: float) -> None:
+    def spin_until_unchanged(self, progress: Callable[[], object], limit: float) -> None:
         """Return when what `progress` tells has not changed for SILENCE_S of listening, or after `limit` [s].
 
         However long the computer stood still meanwhile: what has come by then is heard first.

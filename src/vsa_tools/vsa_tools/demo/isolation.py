@@ -15,7 +15,7 @@ class IsolationError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Corner:
+class IsolatedDomain:
     """One ROS domain, held until this process ends."""
 
     domain: int
@@ -37,13 +37,13 @@ class Corner:
         }
 
 
-def claim_corner() -> Corner:
+def claim_domain() -> IsolatedDomain:
     """A domain that no other run on this machine has claimed. Raises IsolationError where there is none."""
     for domain in random.sample(DOMAINS, len(DOMAINS)):
         lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
             lock.bind(f"\0vsa_domain_{domain}")  # an abstract name: it vanishes with the process
-            return Corner(domain, lock)
+            return IsolatedDomain(domain, lock)
         except OSError:
             lock.close()
     raise IsolationError(f"ROS domains {DOMAINS[0]} to {DOMAINS[-1]} are all taken by other runs")

@@ -16,7 +16,7 @@ from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
 from vsa_common.terminal import progress
 from vsa_tools.report.data import Run, read_run
-from vsa_tools.report.figures import plates
+from vsa_tools.report.figures import figure_pages
 from vsa_tools.report.page import page
 from vsa_tools.report.tables import Table, health_table, joint_table, table_1
 from vsa_tools.report.truth import Truths, read_truth
@@ -57,7 +57,7 @@ def write(
     found = Path(truth) if truth else next(_beside(run.path, "truth.csv"), None)
     tell("drawing")
     known = read_truth(found, run) if found else {}
-    drawn, tables = list(plates(run, known)), list(all_tables(run, known))
+    drawn, tables = list(figure_pages(run, known)), list(all_tables(run, known))
     for plate in drawn:
         lay_out(plate.figure)
     out.mkdir(parents=True, exist_ok=True)

@@ -26,7 +26,7 @@ class Plate:
     figure: Any
 
 
-def plates(run: Run, truth: Truths) -> Iterator[Plate]:
+def figure_pages(run: Run, truth: Truths) -> Iterator[Plate]:
     """Every figure that the recording has something for, joint by joint."""
     for joint in run.joints:
         several = len(run.joints) > 1

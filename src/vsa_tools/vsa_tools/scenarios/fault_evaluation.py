@@ -81,7 +81,7 @@ def judged(
     window_ns = int((occasion.until - occasion.begin) * 1e9)
     named = [s for s in sayings if 0 <= s.stamp_ns - begin_ns < window_ns and pattern.search(s.text)]
     wells = [well_again(source, occasion) for source in sources.values()]
-    lies = {name: lie(source, occasion) for name, source in sources.items()}
+    lies = {name: undetected_error(source, occasion) for name, source in sources.items()}
     worst = max(lies, key=lambda name: lies[name][0])
     return {
         "at_s": occasion.begin,
@@ -104,7 +104,7 @@ def well_again(source: Estimates, occasion: Occasion) -> float | None:
     return round(max(0.0, float(ill[-1]) - occasion.end), 3) if ill.size else 0.0
 
 
-def lie(source: Estimates, occasion: Occasion) -> tuple[float, float]:
+def undetected_error(source: Estimates, occasion: Occasion) -> tuple[float, float]:
     """Longest stretch of one fault in which a stiffness marked valid was wrong [s], and its greatest error."""
     here = (source.time >= occasion.begin) & (source.time < occasion.until) & source.valid
     lying = here & (np.abs(source.error) > OFF) & (np.abs(source.deviations) > DEVIATIONS)

@@ -38,8 +38,8 @@ class Scenario(PlainScenario):
     def parameters(self) -> Mapping[str, Mapping[str, Any]]:
         return {"rig_simulator": {"scenario": str(self._file)}}
 
-    def judge(self, folder: Path) -> dict[str, Any]:
-        heard = Heard(folder)
+    def evaluate(self, folder: Path) -> dict[str, Any]:
+        heard = FaultRecording(folder)
         faults = [
             rehearsal.judged(occasion, heard.stamp_ns(occasion.begin), heard.sayings, heard.sources)
             for occasion in rehearsal.occasions(self._events)
@@ -49,7 +49,7 @@ class Scenario(PlainScenario):
         return {"faults": faults, "verdict": verdict}
 
 
-class Heard:
+class FaultRecording:
     """What a bag holds that a rehearsal is judged by."""
 
     def __init__(self, folder: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
-from vsa_tools.demo.harness import Part
+from vsa_tools.demo.harness import ProcessSpec
 
 SCENARIOS = {"faults": "vsa_tools.scenarios.faults", "stiffness_steps": "vsa_tools.scenarios.stiffness_steps"}
 
@@ -28,14 +28,14 @@ class Scenario:
         """Parameters by bare node name that are laid over those of the demo, groups nested."""
         return {}
 
-    def parts(self) -> Sequence[Part]:
+    def parts(self) -> Sequence[ProcessSpec]:
         """Nodes besides those of the demo; they are active before the rig's clock starts."""
         return ()
 
     def begin(self, node: Node) -> None:
         """The rig's clock has just started. `node`, in the suite's namespace, is spun while the demo runs."""
 
-    def judge(self, folder: Path) -> dict[str, Any]:
+    def evaluate(self, folder: Path) -> dict[str, Any]:
         """Figures for summary.json under "scenario"; `folder` holds bag and truth.csv. Tables may be shown here."""
         return {}
 

@@ -20,7 +20,7 @@ from vsa_common.stamps import nanoseconds
 from vsa_common.terminal import show_table
 from vsa_joint.settings import JointConfig
 from vsa_msgs.msg import StiffnessCommand
-from vsa_tools.demo.harness import Part
+from vsa_tools.demo.harness import ProcessSpec
 from vsa_tools.evaluation.recorded_run import Recorded
 from vsa_tools.scenarios import stiffness_plan as plan
 from vsa_tools.scenarios.scenario import Scenario as PlainScenario
@@ -47,8 +47,8 @@ class Scenario(PlainScenario):
         quiet = {"amplitudes": [0.0], "frequencies": [1.0], "phases": [0.0]}
         return {"rig_simulator": {"scenario": str(path), "torque": quiet}}
 
-    def parts(self) -> Sequence[Part]:
-        return (Part("stiffness_controller", "vsa_joint", "stiffness_controller"),)
+    def parts(self) -> Sequence[ProcessSpec]:
+        return (ProcessSpec("stiffness_controller", "vsa_joint", "stiffness_controller"),)
 
     def begin(self, node: Node) -> None:
         self._node, self._start, self._armed = node, time.monotonic(), False
@@ -57,7 +57,7 @@ class Scenario(PlainScenario):
         node.create_subscription(DiagnosticStatus, "stiffness_controller/status", self._on_status, RELIABLE)
         node.create_timer(COMMAND_PERIOD, self._on_time, clock=STEADY)
 
-    def judge(self, folder: Path) -> dict[str, Any]:
+    def evaluate(self, folder: Path) -> dict[str, Any]:
         truth = read_columns(folder / "truth.csv", TRUTH)
         joint = load(folder / "parameters.yaml", "joint", JointConfig).joint
         figures = plan.figures(truth, joint, self._begins_of_rig(folder, truth["time"]), self._refused)
