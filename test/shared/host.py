@@ -4,7 +4,7 @@ import functools
 import time
 from contextlib import ExitStack
 
-from vsa_bench.harness.delay import Lateness
+from vsa_bench.harness.wake_latency import WakeLatency
 
 HICCUP = 0.02  # s by which a process that comes before all others may wake too late
 PERIOD = 0.01  # s between two wakings of it
@@ -16,7 +16,7 @@ _ENTERED = ExitStack()
 
 @functools.cache
 def _watch():
-    return _ENTERED.enter_context(Lateness(PERIOD))
+    return _ENTERED.enter_context(WakeLatency(PERIOD))
 
 
 def stood():

@@ -1,7 +1,7 @@
-"""Recordings on which the constants are varied: cases of `bench estimation`, and one with sensor faults."""
+"""Recordings on which the constants are varied: cases of `bench estimation`, sensor faults, changed coefficients."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,17 @@ from vsa_common.types import Array, Booleans
 SEED = 11
 SECONDS = 60.0  # of each case without --quick
 FAULTS = "sensor faults"
-FAULTS_SECONDS = 20.0  # of the recording with sensor faults
+FAULTS_SECONDS = 16.0  # of the recording with sensor faults
+STEP = "encoder step"
+STEP_SECONDS = 16.0  # of the recording with an encoder step
+STEP_CASE = case(motion="multisine", start="good")
 FAULTY_CASE = case(motion="multisine", rate_hz=200, start="good")
+CHANGE = "change of the transmission"
+CHANGED_SECONDS = 16.0  # of the recording in which another transmission replaces the first
+CHANGED_CASES = tuple(case(motion="slow2", start="good", rig=rig) for rig in ("paper", "other"))
 QUICK = (
     (case(motion="multisine"), 20.0),
-    (case("transmission_2", "slow2"), 20.0),
+    (case("transmission_2", "slow2"), 15.0),
     (case(motion="dwells"), 20.0),
     (case(motion="slow", coulomb_friction_n=0.0, start="good"), 15.0),
 )
@@ -58,6 +64,8 @@ def recordings(quick: bool, seconds: float | None) -> Iterator[Recording]:
         for formulation in both if one.start == "good" else ("force",):
             yield simulated(one, formulation, seconds or usual)
     yield with_sensor_faults(simulated(FAULTY_CASE, "force", seconds or FAULTS_SECONDS))
+    yield with_encoder_step(simulated(STEP_CASE, "force", seconds or STEP_SECONDS))
+    yield with_change(*(simulated(one, "force", seconds or CHANGED_SECONDS) for one in CHANGED_CASES))
 
 
 def simulated(one: Case, formulation: str, seconds: float) -> Recording:
@@ -74,7 +82,7 @@ def simulated(one: Case, formulation: str, seconds: float) -> Recording:
 
 
 def with_sensor_faults(healthy: Recording) -> Recording:
-    """Late stamps, a burst, outliers, noise, stuck sensors, gaps and an encoder step, one after the other."""
+    """Late stamps, a burst, outliers, noise, stuck sensors and gaps, one after the other."""
     rng = np.random.default_rng(SEED)
     count = len(healthy.stamps_ns)
     rate = 1e9 / float(np.median(np.diff(healthy.stamps_ns)))
@@ -95,11 +103,24 @@ def with_sensor_faults(healthy: Recording) -> Recording:
     deflection[window(0.45, 1.0)] = deflection[round(0.45 * count)]
     force[window(0.55, 1.0)] += 0.17 * rng.standard_normal(force[window(0.55, 1.0)].size)
     force[window(0.65, 1.0)] = force[round(0.65 * count)]
-    deflection[round(0.80 * count) :] += 1e-3
     received = np.ones(count, dtype=np.bool_)
-    received[window(0.72, 0.3)] = received[window(0.92, 0.7)] = False
-    faulty = Recording(
-        FAULTS, healthy.parameters, stamps_ns, force, deflection, healthy.stiffness, healthy.damping,
-        healthy.damping_defined,
-    )  # fmt: skip
+    received[window(0.75, 0.3)] = received[window(0.85, 0.7)] = False
+    faulty = replace(healthy, name=FAULTS, stamps_ns=stamps_ns, force=force, deflection=deflection)
     return faulty.selected(received)
+
+
+def with_encoder_step(healthy: Recording) -> Recording:
+    """The encoder is off by 1 mm from the middle on."""
+    stepped = np.arange(len(healthy.force)) >= len(healthy.force) // 2
+    return replace(healthy, name=STEP, deflection=healthy.deflection + 1e-3 * stepped)
+
+
+def with_change(first: Recording, second: Recording) -> Recording:
+    """`first` up to its middle, then the samples of another transmission: the coefficients no longer hold."""
+    changed = np.arange(len(first.force)) >= len(first.force) // 2
+    force, deflection, stiffness, damping = (
+        np.where(changed, getattr(second, name), getattr(first, name))
+        for name in ("force", "deflection", "stiffness", "damping")
+    )
+    defined = np.where(changed, second.damping_defined, first.damping_defined)
+    return Recording(CHANGE, first.parameters, first.stamps_ns, force, deflection, stiffness, damping, defined)

@@ -1,0 +1,81 @@
+"""Recordings of the ablation, figures of a run, and trials of the estimator."""
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from vsa_bench.ablation import trial
+from vsa_bench.ablation.figures import Figures, figures
+from vsa_bench.ablation.recordings import FAULTS, simulated, with_change, with_encoder_step, with_sensor_faults
+from vsa_bench.ablation.report import chosen
+from vsa_bench.ablation.trial import initialize_worker, run_trial
+from vsa_bench.ablation.variation import HALF, declared, vary
+from vsa_bench.estimation.cases import case
+
+
+@pytest.fixture(scope="module")
+def multisine():
+    return simulated(case(motion="multisine", start="good"), "force", 6.0)
+
+
+def test_figures_of_the_truth_are_without_error(multisine):
+    ones = np.ones(len(multisine.force))
+    estimates = {"stiffness": multisine.stiffness, "damping": multisine.damping}
+    estimates |= {f"{name}_{part}": ones for name in ("stiffness", "damping") for part in ("valid", "variance")}
+    assert figures(multisine, estimates, 0) == Figures(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0)
+    dropped = {name: np.where(np.arange(ones.size) % 2, values, np.nan) for name, values in estimates.items()}
+    assert figures(multisine, dropped, 0) == Figures(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0)
+    wrong = figures(multisine, estimates | {"stiffness": 1.1 * multisine.stiffness, "stiffness_variance": ones}, 3)
+    assert wrong.stiffness_nrmse == pytest.approx(0.1)
+    assert (wrong.wrong, wrong.stiffness_coverage, wrong.convergence_time_s, wrong.resets) == (1.0, 0.0, None, 3)
+
+
+def test_sensor_faults_leave_stamps_ordered_and_the_truth_aligned(multisine):
+    faulty = with_sensor_faults(multisine)
+    assert faulty.name == FAULTS
+    assert (np.diff(faulty.stamps_ns) >= 0).all()
+    received = np.isin(multisine.stiffness, faulty.stiffness)
+    assert received.sum() == len(faulty.stiffness) < len(received)
+
+
+def test_an_encoder_step_leaves_the_truth_as_it_is(multisine):
+    stepped = with_encoder_step(multisine)
+    half = len(multisine.force) // 2
+    assert (stepped.deflection - multisine.deflection)[half:] == pytest.approx(1e-3)
+    np.testing.assert_array_equal(stepped.deflection[:half], multisine.deflection[:half])
+    np.testing.assert_array_equal(stepped.stiffness, multisine.stiffness)
+
+
+def test_a_changed_transmission_changes_samples_and_truth_together(multisine):
+    other = simulated(case(motion="multisine", start="good", rig="other"), "force", 6.0)
+    changed, half = with_change(multisine, other), len(multisine.force) // 2
+    for name in ("force", "deflection", "stiffness", "damping", "damping_defined"):
+        np.testing.assert_array_equal(getattr(changed, name)[:half], getattr(multisine, name)[:half])
+        np.testing.assert_array_equal(getattr(changed, name)[half:], getattr(other, name)[half:])
+
+
+def in_worker(recordings, *overrides):
+    with ProcessPoolExecutor(1, get_context("fork"), initialize_worker, (recordings,)) as pool:
+        return list(pool.map(run_trial, overrides))
+
+
+def test_a_trial_runs_in_plain_python_and_repeats_to_the_bit(multisine):
+    first, second = in_worker([multisine], {}, {})
+    assert first.failure == ""
+    assert first == second
+    assert first.figures[multisine.name].stiffness_nrmse < 0.2
+    assert trial.OVERRIDES == {}
+
+
+def test_a_constant_of_the_estimator_changes_its_outputs(multisine):
+    constants = {
+        (module, one.name): vary(module, one, HALF)
+        for module, one in chosen(declared(trial.PACKAGE), ())
+        if "GATE" in one.name and ".filter" in module
+    }
+    if not constants:
+        pytest.skip("no gate is declared in the tuning modules")
+    faulty = with_sensor_faults(multisine)
+    base, *varied = in_worker([faulty], {}, *(one.overrides for one in constants.values() if one))
+    assert any(one.digests != base.digests for one in varied)
