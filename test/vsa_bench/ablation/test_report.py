@@ -26,7 +26,10 @@ from vsa_bench.ablation.trial import Trial
 from vsa_bench.ablation.variation import DOUBLE, HALF, vary
 from vsa_common.tuning import Constant
 
-FIGURES = Figures(0.01, 0.02, 0.95, 0.95, 5.0, 0.9, 0.8, 0.0, 0)
+FIGURES = Figures(
+    stiffness_nrmse=0.01, damping_nrmse=0.02, stiffness_coverage=0.95, damping_coverage=0.95, convergence_time_s=5.0,
+    stiffness_valid=0.9, damping_valid=0.8, wrong=0.0, resets=0,
+)  # fmt: skip
 DURATION = {"case": 20.0}
 
 

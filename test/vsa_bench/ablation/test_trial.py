@@ -1,17 +1,24 @@
 """Recordings of the ablation, figures of a run, and trials of the estimator."""
 
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 
 import numpy as np
 import pytest
 from vsa_bench.ablation import trial
+from vsa_bench.ablation.command import ablate
 from vsa_bench.ablation.figures import Figures, figures
 from vsa_bench.ablation.recordings import FAULTS, simulated, with_change, with_encoder_step, with_sensor_faults
 from vsa_bench.ablation.report import chosen
-from vsa_bench.ablation.trial import initialize_worker, run_trial
+from vsa_bench.ablation.trial import TrialError, initialize_worker, run_trial
 from vsa_bench.ablation.variation import HALF, declared, vary
 from vsa_bench.estimation.cases import case
+
+WITHOUT_ERROR = Figures(
+    stiffness_nrmse=0.0, damping_nrmse=0.0, stiffness_coverage=1.0, damping_coverage=1.0, convergence_time_s=0.0,
+    stiffness_valid=1.0, damping_valid=1.0, wrong=0.0, resets=0,
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -23,9 +30,9 @@ def test_figures_of_the_truth_are_without_error(multisine):
     ones = np.ones(len(multisine.force))
     estimates = {"stiffness": multisine.stiffness, "damping": multisine.damping}
     estimates |= {f"{name}_{part}": ones for name in ("stiffness", "damping") for part in ("valid", "variance")}
-    assert figures(multisine, estimates, 0) == Figures(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0)
+    assert figures(multisine, estimates, 0) == WITHOUT_ERROR
     dropped = {name: np.where(np.arange(ones.size) % 2, values, np.nan) for name, values in estimates.items()}
-    assert figures(multisine, dropped, 0) == Figures(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0)
+    assert figures(multisine, dropped, 0) == WITHOUT_ERROR
     wrong = figures(multisine, estimates | {"stiffness": 1.1 * multisine.stiffness, "stiffness_variance": ones}, 3)
     assert wrong.stiffness_nrmse == pytest.approx(0.1)
     assert (wrong.wrong, wrong.stiffness_coverage, wrong.convergence_time_s, wrong.resets) == (1.0, 0.0, None, 3)
@@ -66,6 +73,12 @@ def test_a_trial_runs_in_plain_python_and_repeats_to_the_bit(multisine):
     assert first == second
     assert first.figures[multisine.name].stiffness_nrmse < 0.2
     assert trial.OVERRIDES == {}
+
+
+def test_an_estimator_that_fails_with_the_tuned_values_ends_the_bench(multisine):
+    invalid = replace(multisine, parameters=multisine.parameters | {"filter_rate": -1.0})
+    with pytest.raises(TrialError, match=r"with the tuned values: .*filter_rate"):
+        ablate([invalid], [], 1)
 
 
 def test_a_constant_of_the_estimator_changes_its_outputs(multisine):

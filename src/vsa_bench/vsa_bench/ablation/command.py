@@ -6,19 +6,17 @@ import multiprocessing
 import os
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
 from pathlib import Path
 
 from vsa_bench.ablation.recordings import Recording, recordings
 from vsa_bench.ablation.report import HEADER, NOTE, Effect, Row, as_json, chosen, collect, effect, markdown, table
-from vsa_bench.ablation.trial import PACKAGE, Trial, initialize_worker, run_trial
+from vsa_bench.ablation.trial import PACKAGE, Trial, TrialError, initialize_worker, run_trial
 from vsa_bench.ablation.variation import FACTORS, Variation, declared, vary
 from vsa_common.terminal import progress, show_table
-from vsa_common.tuning import Constant
-
-Constants = Mapping[str, Mapping[str, Constant]]
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -33,10 +31,14 @@ def main(argv: list[str] | None = None) -> int:
         print(f"bench ablation: no tuned constant of {PACKAGE} is chosen", file=sys.stderr)
         return 1
     begin = time.monotonic()
-    base, effects = ablate(list(recordings(options.quick, options.seconds)), variations, options.processes)
-    if base.failure:
-        print(f"bench ablation: with the tuned values: {base.failure}", file=sys.stderr)
+    try:
+        base, effects = ablate(list(recordings(options.quick, options.seconds)), variations, options.processes)
+    except (BrokenProcessPool, TrialError) as error:
+        print(f"bench ablation: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("bench ablation: stopped", file=sys.stderr)
+        return 130
     minutes = (time.monotonic() - begin) / 60.0
     rows = collect(constants, effects, options.only)
     title = f"{len(rows)} constants, {len(variations)} variations, {len(base.figures)} recordings, {minutes:.1f} min"
@@ -52,7 +54,7 @@ def main(argv: list[str] | None = None) -> int:
 def ablate(sources: Sequence[Recording], variations: Sequence[Variation], processes: int) -> tuple[Trial, list[Effect]]:
     """The trial with the tuned values, and the effect of each variation against it.
 
-    Raises BrokenProcessPool where a worker is killed.
+    Raises TrialError where the estimator fails with the tuned values, BrokenProcessPool where a worker is killed.
     """
     durations = {one.name: float(one.time[-1]) for one in sources}
     fork = multiprocessing.get_context("fork")
@@ -62,6 +64,8 @@ def ablate(sources: Sequence[Recording], variations: Sequence[Variation], proces
         try:
             with progress(1 + len(pending), "tuned values", count=True) as bar:
                 reference = base.result()
+                if reference.failure:
+                    raise TrialError(f"with the tuned values: {reference.failure}")
                 bar.advance(1)
                 effects = []
                 for done in as_completed(pending):

@@ -59,8 +59,8 @@ class Recording:
 def recordings(quick: bool, seconds: float | None) -> Iterator[Recording]:
     """The recordings of the bench, each of its own length or of `seconds` [s]."""
     for one, usual in QUICK if quick else ((one, SECONDS) for one in DEFAULT):
-        # The estimator from the force rate has constants of its own; it is made for a good start and little friction.
-        both = ("force", "force_rate") if not quick else ("force_rate",)
+        # The force_rate formulation has constants of its own; it requires good start values and little friction.
+        both = ("force_rate",) if quick else ("force", "force_rate")
         for formulation in both if one.start == "good" else ("force",):
             yield simulated(one, formulation, seconds or usual)
     yield with_sensor_faults(simulated(FAULTY_CASE, "force", seconds or FAULTS_SECONDS))
@@ -82,7 +82,7 @@ def simulated(one: Case, formulation: str, seconds: float) -> Recording:
 
 
 def with_sensor_faults(healthy: Recording) -> Recording:
-    """Late stamps, a burst, outliers, noise, stuck sensors and gaps, one after the other."""
+    """Late stamps throughout; a burst, outliers, noise, stuck sensors and gaps at shares of the recording."""
     rng = np.random.default_rng(SEED)
     count = len(healthy.stamps_ns)
     rate = 1e9 / float(np.median(np.diff(healthy.stamps_ns)))
@@ -116,7 +116,7 @@ def with_encoder_step(healthy: Recording) -> Recording:
 
 
 def with_change(first: Recording, second: Recording) -> Recording:
-    """`first` up to its middle, then the samples of another transmission: the coefficients no longer hold."""
+    """`first` up to its middle, then the samples of another transmission: the coefficients become wrong."""
     changed = np.arange(len(first.force)) >= len(first.force) // 2
     force, deflection, stiffness, damping = (
         np.where(changed, getattr(second, name), getattr(first, name))

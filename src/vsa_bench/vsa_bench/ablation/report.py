@@ -11,10 +11,10 @@ from vsa_common.tuning import Constant
 
 SENSITIVE = 0.03  # least change of a figure that counts
 NO_EFFECT, INSENSITIVE, SENSITIVE_FLAG, FAILS = "no effect", "insensitive", "sensitive", "fails"
-HEADER = ("constant", "effect", "value", "unit", "error at half", "at double", "other figure at half", "at double")
+HEADER = ("constant", "effect", "value", "unit", "error at half", "error at double", "other at half", "other at double")
 NOTE = (
     f"error: greatest change of the stiffness or damping error (NRMSE) over all recordings, in percent of that error. "
-    f"other figure: greatest change of another one: coverage, valid and wrong shares in percentage points, "
+    f"other: greatest change of another figure: coverage, valid and wrong shares in percentage points, "
     f"convergence time in percent of the recording, resets. * the range of the constant does not permit the whole "
     f"factor. no effect: no output bit changes; insensitive: every change is below {100.0 * SENSITIVE:g} %."
 )
@@ -87,7 +87,7 @@ def effect(variation: Variation, base: Trial, varied: Trial, durations: Mapping[
 def collect(
     constants: Mapping[str, Mapping[str, Constant]], effects: Sequence[Effect], only: Sequence[str] = ()
 ) -> list[Row]:
-    """One row a constant, in the order of declaration; of those that `only` names, where it names any."""
+    """One row for each constant, in the order of declaration; of those that `only` names, where it names any."""
     found = {(e.variation.module, e.variation.name, e.variation.factor): e for e in effects}
     return [
         Row(module, one, found.get((module, one.name, HALF)), found.get((module, one.name, DOUBLE)))
@@ -96,7 +96,7 @@ def collect(
 
 
 def chosen(constants: Mapping[str, Mapping[str, Constant]], only: Sequence[str]) -> Iterator[tuple[str, Constant]]:
-    """Module and constant of all, or of those whose name, module or both `only` holds."""
+    """Module and constant: all, or of those whose name, module or both are in `only`."""
     for module, members in constants.items():
         short = module.rpartition(".")[2]
         for one in members.values():
@@ -110,7 +110,7 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
 
 
 def markdown(rows: Sequence[Row], heading: str) -> str:
-    """The table with its explanation, one section a module."""
+    """The table with its explanation, one section for each module."""
     lines = [f"# {heading}", "", NOTE.replace("* the", "`*`: the"), ""]
     for module in dict.fromkeys(row.module for row in rows):
         lines += [f"## {module}", "", f"| {' | '.join(HEADER)} |", "|---" * len(HEADER) + "|"]

@@ -27,6 +27,10 @@ SILENCES_NS = (20_000_000, 300_000_000)  # instants after the last sample at whi
 _recordings: list[Recording] = []  # of this worker
 
 
+class TrialError(Exception):
+    """The estimator fails with the tuned values."""
+
+
 @dataclass(frozen=True)
 class Trial:
     """Figures and digest of all outputs for each recording; `failure` names the exception that ended the trial."""
