@@ -1,4 +1,4 @@
-"""docs/faults.md is complete and honest: every row names tests, and every test named exists."""
+"""docs/reference/faults.md is complete and honest: every row names tests, and every test named exists."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 ROWS = [
     [cell.strip() for cell in line.strip("|\n ").split("|")]
-    for line in (ROOT / "docs" / "faults.md").read_text().partition("\n## ")[0].splitlines()
+    for line in (ROOT / "docs" / "reference" / "faults.md").read_text().partition("\n## ")[0].splitlines()
     if line.startswith("|") and not line.startswith(("|---", "| fault |"))
 ]
 FILES = (file.read_text() for file in (ROOT / "test").rglob("test_*.py"))

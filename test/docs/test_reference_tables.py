@@ -1,4 +1,4 @@
-"""docs/interfaces.md tells what the code does."""
+"""docs/reference/interfaces.md tells what the code does."""
 
 from pathlib import Path
 
@@ -6,13 +6,13 @@ import pytest
 from vsa_tools.reference_tables import document
 
 ROOT = Path(__file__).parents[2]
-DOCUMENT = ROOT / "docs" / "interfaces.md"
+DOCUMENT = ROOT / "docs" / "reference" / "interfaces.md"
 MESSAGES = ROOT / "src" / "vsa_msgs" / "msg"
 
 
 def test_generated_tables_are_those_of_the_code():
     assert document(DOCUMENT.read_text(), MESSAGES) == DOCUMENT.read_text(), (
-        "renew: python -m vsa_tools.reference_tables docs/interfaces.md"
+        "renew: python -m vsa_tools.reference_tables docs/reference/interfaces.md"
     )
 
 

@@ -246,7 +246,7 @@ def test_a_node_that_is_killed_and_started_again_is_back_to_valid_and_the_others
         ("encoder stuck -i 1 -t 0.6", 1, "encoder stuck"),
         ("force stuck -i 2 -t 1.2", 2, "force sensor stuck"),
         ("force saturated -i 1 -t 0.4", 1, "saturated"),
-        ("encoder wrong -i 2 -v 0.002 -t 1", 2, "encoder jumped"),
+        ("encoder wrong -i 2 -v 0.002 -t 1", 2, "encoder step"),
     ],
 )
 def test_a_lying_sensor_is_named_and_the_estimate_recovers(healthy, failure, side, words):

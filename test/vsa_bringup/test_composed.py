@@ -272,7 +272,7 @@ def test_a_turn_rests_only_when_nothing_is_left_to_read(monkeypatch):
     slept, found = [], [[7], [7], []]
     monkeypatch.setattr(composed, "select", lambda *_: (found.pop(0), [], []))
     monkeypatch.setattr(composed.time, "sleep", slept.append)
-    monkeypatch.setattr(composed.Rest, "due", lambda _: 0.004)
+    monkeypatch.setattr(composed.Coalescer, "due", lambda _: 0.004)
     turn = Turns(0.004)
     for _ in range(3):
         turn(SimpleNamespace(spin_once=lambda timeout_sec: None), [], 1.0)
@@ -291,7 +291,7 @@ class Busy:
             return True
         return False
 
-    def predict_to(self, silence_ns):
+    def predict_silence(self, silence_ns):
         self._done.append(silence_ns)
 
 

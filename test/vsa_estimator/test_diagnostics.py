@@ -31,11 +31,11 @@ def test_an_estimate_that_a_prediction_overtook_is_made_and_counted_but_not_told
     monkeypatch.setattr(node, "on_estimate", told.append)
     begin = time.time_ns() - 1000 * MS
     for k in range(100):
-        node.take(begin + k * MS, 30.0, 0.01)
+        node.process(begin + k * MS, 30.0, 0.01)
     last = begin + 99 * MS
-    node.predict_to(80 * MS)
+    node.predict_silence(80 * MS)
     for late in (20, 60, 100):
-        node.take(last + late * MS, 30.0, 0.01)
+        node.process(last + late * MS, 30.0, 0.01)
     stamps = [estimate.stamp_ns for estimate in told]
     assert stamps == sorted(set(stamps))
     assert stamps[-1] == last + 100 * MS

@@ -116,7 +116,7 @@ def test_an_encoder_that_jumps_before_anything_is_learnt_is_named_all_the_same()
     estimator = Estimator(wrong_start(TRANSMISSION_1))
     for index, (stamp_ns, force, deflection) in enumerate(rows(recording)):
         estimator.add(stamp_ns, force, deflection - (3e-3 if index > 50 else 0.0))
-    assert "encoder jumped by -3.0" in estimator.state().reason
+    assert "encoder step of -3.0" in estimator.state().reason
 
 
 def test_a_slow_stream_whose_encoder_jumps_goes_on():

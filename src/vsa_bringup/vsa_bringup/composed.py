@@ -25,8 +25,9 @@ from vsa_common.ros.process import run
 from vsa_common.ros.subprocesses import end_with
 from vsa_driver.acquisition.channel import Measurement
 from vsa_driver.node import DriverNode
-from vsa_estimator.node import EstimatorNode, impedance_of
+from vsa_estimator.node import EstimatorNode
 from vsa_estimator.output.estimate import Estimate
+from vsa_estimator.output.messages import impedance_fields
 from vsa_joint.node import JointNode, side_of
 
 LOOK_NS = 5_000_000  # how often one side's silence is looked for while the other speaks
@@ -56,20 +57,20 @@ class DirectEstimator(EstimatorNode):
         self._joint = joint
         self._untold: Estimate | None = None  # the one that a state is due of
 
-    def listen(self) -> list[Subscription]:
+    def create_inputs(self) -> list[Subscription]:
         return []
 
-    def watch(self) -> list[Timer]:
+    def create_watchdogs(self) -> list[Timer]:
         return []  # the driver, who hears of silence, tells
 
-    def take(self, stamp_ns: int, force: float, deflection: float) -> None:
+    def process(self, stamp_ns: int, force: float, deflection: float) -> None:
         with self.lock:
             if self.active and not self.refuse(stamp_ns, "force"):
                 while self.finish_pending():
                     pass
-                super().take(stamp_ns, force, deflection)
+                super().process(stamp_ns, force, deflection)
 
-    def on_told(self) -> None:
+    def on_published(self) -> None:
         """The other side's sample comes first."""
 
     def on_state_due(self, estimate: Estimate) -> None:
@@ -81,11 +82,11 @@ class DirectEstimator(EstimatorNode):
                 return True
             estimate, self._untold = self._untold, None
             if estimate is not None and self.active:
-                self.tell_state(estimate)
+                self.publish_state(estimate)
             return estimate is not None
 
     def on_estimate(self, estimate: Estimate) -> None:
-        self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_of(estimate)))
+        self._joint.take(self._side, side_of(estimate.stamp_ns, impedance_fields(estimate)))
         super().on_estimate(estimate)
 
 
@@ -103,18 +104,18 @@ class DirectDriver(DriverNode):
         super().start()
 
     def on_sample(self, sample: Measurement) -> None:
-        self.estimators[sample.transmission].take(sample.stamp_ns, sample.force, sample.deflection)
+        self.estimators[sample.transmission].process(sample.stamp_ns, sample.force, sample.deflection)
         super().on_sample(sample)
         if not 0 <= sample.stamp_ns - self._looked_ns < LOOK_NS:
             self._looked_ns = sample.stamp_ns
             for estimator in self.estimators.values():  # by the stamps: others may still be waiting to be read
-                estimator.predict_to(sample.stamp_ns - FOLLOWS_NS - estimator.stamp_ns)
+                estimator.predict_silence(sample.stamp_ns - FOLLOWS_NS - estimator.stamp_ns)
 
     def _on_quiet(self, until_ns: int) -> None:
         """Nothing has come: time for one thing that was left to do, and no more, as the next sample may come."""
         if not any(estimator.finish_pending() for estimator in self.estimators.values()):
             for estimator in self.estimators.values():
-                estimator.predict_to(until_ns - estimator.arrival_ns)
+                estimator.predict_silence(until_ns - estimator.arrival_ns)
 
 
 def nodes(namespace: str, polled: bool = False) -> list[SuiteNode[Any]]:

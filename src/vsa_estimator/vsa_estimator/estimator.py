@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.types import Array, ResetReason, Status
 from vsa_estimator.fault_detection.latch import FaultLatch
+from vsa_estimator.modes import Mode
 from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
 from vsa_estimator.output.predictor import (
     FAST_PATH,
@@ -153,7 +154,7 @@ class Estimator:
             stiffness_valid, damping_valid = estimate.stiffness_valid, estimate.damping_valid
         z, p = tracker.z.tolist(), tracker.covariance
         variance = np.diag(p).tolist()
-        complaints = filter(None, [*self._health.active_faults(self._stamp_ns), supervisor.consistency.reason])
+        complaints = filter(None, [*self._health.active_faults(self._stamp_ns), supervisor.modes.reason])
         lines = describe_unobservable(tracker, known, stiffness_valid, damping_valid)
         reason = "; ".join(complaints) or ("" if stiffness_valid else lines[0])
         if status is Status.INITIALIZING:
@@ -179,7 +180,7 @@ class Estimator:
 
     def _begin(self) -> None:
         self._samples.reset()
-        self._supervisor.begin()
+        self._supervisor.reset()
         self._estimate = None
         self._pending = None
         self._started = False
@@ -234,7 +235,8 @@ class Estimator:
         self._snapshot[HOLDS] = not supervisor.initializer.is_running
         self._snapshot[REFERENCE:] = (
             tracker.reference, supervisor.jerk.density, supervisor.deflection_noise.std**2,
-            supervisor.consistency.reason != "", tracker.initialized, supervisor.inertia_observable, *self._behind,
+            supervisor.mode is Mode.SUSPENDED, supervisor.mode.initialized, supervisor.inertia_observable,
+            *self._behind,
         )  # fmt: skip
 
     def _report(self, stamp_ns: int, instant_ns: int, force: float, assessment: Assessment) -> Estimate:

@@ -16,7 +16,6 @@ def precompile() -> None:
     tracker = Tracker(EstimatorConfig().initial, 100.0)
     tracker.start(0.01, 30.0, 1e-10)
     tracker.z[1] = 1e-3
-    tracker.initialized = True
     for _ in range(2):
         tracker.predict(0.01, 1e-3)
         tracker.update_deflection(0.01, 1e-10)

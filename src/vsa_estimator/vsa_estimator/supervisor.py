@@ -1,59 +1,60 @@
-"""Steps of one transmission's filter, and all that has to happen between them.
+"""Filter steps of one transmission and what has to happen between them.
 
-Where the rod is when the encoder tells another story, whether a motion has broken off, when to learn and to forget.
+Reset of the position after gaps and encoder steps, suspension of updates, initialization and its cross-checks.
 """
 
 import math
 
 import numpy as np
 from vsa_common.types import ResetReason
-from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor
-from vsa_estimator.fault_detection.encoder_step import OffsetHypothesis
+from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
 from vsa_estimator.fault_detection.latch import FaultLatch
+from vsa_estimator.fault_detection.position import PositionMonitor, PositionUpdate, is_pause
 from vsa_estimator.filter.ekf import REST_SPEED
 from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.process_noise import LEAST, LEAST_HEAVY, JerkDensity
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.initialization.cross_check import CrossCheckSchedule
+from vsa_estimator.initialization.regression import Fit
 from vsa_estimator.initialization.scheduler import Initializer
+from vsa_estimator.modes import Event, Mode, ModeMachine
 from vsa_estimator.output.predictor import MAX_PREDICTION_TIME
 from vsa_estimator.output.validity import inertia_observable
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.preprocessing.pipeline import BEYOND_PEAK_SPEED, Pipeline
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.supervisor import (
+    COUNTED_GAP,
+    INERTIA_NEGLIGIBLE,
+    MANOEUVRE_RATIO,
+    MIN_D1_STD,
+    MIN_D2_STD,
+    MIN_K2_RELATIVE_STD,
+    MIN_LN_STIFFNESS_STD,
+    MOTION_HOLD_TIME,
+    NOISE_MEMORY,
+    REFRESH_PERIOD,
+)
 
-REFRESH = 0.5  # noise, jerk density and start values are renewed this often [s]
-NOISE_MEMORY = 9.0  # [s]
-COUNTED_GAP = 1.0  # silence from this long on counts as a reset [s]
-PAUSE = 2.5  # periods of filter or samples after which a deflection may be in another place than expected ...
-UNSURE_NS = 100_000_000  # ... and for so long after samples in a hurry, or an encoder that was not believed [ns]
-STOP = 1.0  # data is kept for learning until this long after motion ends [s]
-MOVED = "looking whether the rod moved or the encoder jumped"
-RELOCATE = 0.2  # deflections rejected for this long are taken for the truth [s]
-ANOTHER = 30.0  # times the jerk density, at once: the motion has become another
-LIGHT = 0.3  # of the force's noise, up to which what moves the mass is not felt
-AUDIT_FIRST, AUDIT_MOST = 8_000_000_000, 64_000_000_000  # a filter that knows is compared with a regression [ns]
+POSITION_UNCERTAIN = "consistency check: motion of the rod or encoder step"
 
 
 class Supervisor:
-    """The filter of one transmission, block by block.
+    """The filter of one transmission, step by step."""
 
-    `tracker` is the filter; `blind` says that the encoder is not to be believed.
-    """
-
-    def __init__(self, config: EstimatorConfig, samples: Pipeline, health: FaultLatch) -> None:
-        """`samples` know their period and how much noisier they are than configured; `health` hears complaints."""
+    def __init__(self, config: EstimatorConfig, pipeline: Pipeline, latch: FaultLatch) -> None:
+        """`pipeline` has the sample period and the noise ratios of the sensors; encoder steps are raised in `latch`."""
         self._config = config
-        self._samples = samples
-        self._health = health
+        self._pipeline = pipeline
+        self._latch = latch
         self.reset_count = 0
         self.reset_reason = ResetReason.NONE
         self.force_rejected = 0
         self.deflection_rejected = 0
-        self.tracker: Tracker
-        self.begin()
+        self.reset()
 
-    def begin(self) -> None:
-        """Forget everything but the counters."""
+    def reset(self) -> None:
+        """Drop all state but the counters."""
         rate, memory = self._config.filter_rate, int(NOISE_MEMORY * self._config.filter_rate)
         self.force_noise = NoiseLevel(self._config.force_noise_std, 0.0, memory)
         self.deflection_noise = NoiseLevel(self._config.deflection_std, self._config.quantisation_std, memory)
@@ -61,32 +62,45 @@ class Supervisor:
         self.tracker = Tracker(self._config.initial, rate)
         self.initializer = Initializer(self._config.initial, rate)
         self.consistency = ConsistencyMonitor(rate)
-        self.encoder_fault = False
-        self.inertia_observable = False
+        self.modes = ModeMachine()
+        self.encoder_fault = False  # of the last sample
+        self.inertia_observable = False  # at the last step
         self.step_ns = 0  # instant of the last step
-        self._offset_hypothesis = OffsetHypothesis()
-        self._averaged = 1  # samples in the last block
-        self._force = 0.0
+        self._position = PositionMonitor()
+        self._cross_checks = CrossCheckSchedule()
+        self._samples_per_step = 1
+        self._force = 0.0  # the newest one [N]
         self._has_fit = False
-        self._epoch_ns = self._moved_ns = self._refreshed_ns = self._accepted_ns = self._timing_suspect_ns = 0
-        self._audit_ns = self._audit_pause = AUDIT_FIRST
+        self._epoch_ns = self._moved_ns = self._refreshed_ns = 0
 
     def start(self, instant_ns: int, force: float, deflection: float) -> None:
-        """Begin with the first sample."""
+        """Begin with the first sample ([ns], [N], [m])."""
+        self.modes.handle(Event.FIRST_SAMPLE)
         self.tracker.start(deflection, force, self.deflection_noise.std**2)
-        self._epoch_ns = self.step_ns = self._refreshed_ns = self._accepted_ns = instant_ns
-        self._moved_ns = instant_ns - int(STOP * 1e9)
+        self._position.restart(instant_ns)
+        self._epoch_ns = self.step_ns = self._refreshed_ns = instant_ns
+        self._moved_ns = instant_ns - int(MOTION_HOLD_TIME * 1e9)
+
+    @property
+    def mode(self) -> Mode:
+        """The operating mode."""
+        return self.modes.mode
 
     def mark_timing_suspect(self, instant_ns: int) -> None:
-        """Samples came in a hurry: a clock may have stood still."""
-        self._timing_suspect_ns = instant_ns
+        """Samples came in a burst at `instant_ns` [ns]: a clock may have stood still."""
+        self._position.mark_timing_suspect(instant_ns)
+
+    def count_reset(self, reason: ResetReason) -> None:
+        """Count a reset."""
+        self.reset_count += 1
+        self.reset_reason = reason
 
     def step(self, block: Decimated, force: float) -> None:
-        """One step of the filter at a block's mean stamp; `force` [N] is the newest one, for a block that has none."""
+        """Make one filter step at a mean stamp; `force` [N] is the newest one, for a block that has none."""
         tracker = self.tracker
         self._force = block.force if block.forces else force
         dt = (block.stamp_ns - self.step_ns) * 1e-9
-        deflection_variance = (self._samples.deflection_noise * self.deflection_noise.std) ** 2 / block.samples
+        deflection_variance = (self._pipeline.deflection_noise * self.deflection_noise.std) ** 2 / block.samples
         if 0.0 < dt <= MAX_PREDICTION_TIME:
             tracker.predict(dt, self.jerk.density)
         if self._is_discontinuous(block, dt, deflection_variance):
@@ -94,184 +108,183 @@ class Supervisor:
         self.step_ns = block.stamp_ns
         if not self._update_position(block, deflection_variance):
             return
-        self._accepted_ns = block.stamp_ns
-        self._offset_hypothesis.clear()
         self.deflection_noise.add(block.deflection, block.samples)
         self.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
         if abs(tracker.speed) > REST_SPEED:
             self._moved_ns = block.stamp_ns
-        self._samples.memory[BEYOND_PEAK_SPEED] = tracker.beyond_peak_speed
-        reset = self.consistency.evaluate(tracker, block.stamp_ns * 1e-9, block, self.encoder_fault)
-        if reset is not ResetReason.NONE:
-            self.count_reset(reset)
-            if not tracker.initialized:
-                self._restart_initialization(self._force)
-        calm = self.jerk.density
-        startled = tracker.initialized and self.jerk.detect_manoeuvre(tracker.deflection_nis)
-        if self.jerk.density > ANOTHER * calm:
-            tracker.reset_matching()
-        if startled or self.consistency.reason:
+        self._pipeline.memory[BEYOND_PEAK_SPEED] = self.mode.initialized and tracker.beyond_peak_speed
+        decision = self.consistency.evaluate(tracker, self.mode, block.stamp_ns * 1e-9, block, self.encoder_fault)
+        self._apply(decision, INCONSISTENT)
+        if self._detect_manoeuvre() or self.mode is Mode.SUSPENDED or not block.forces:
             self.force_noise.interrupt()
-        elif block.forces:
-            self._update_force(block, dt, deflection_variance)
         else:
-            self.force_noise.interrupt()
-        if block.stamp_ns - self._refreshed_ns >= REFRESH * 1e9 - 0.5 * self._samples.period_ns:
+            self._update_force(block, dt, deflection_variance)
+        if block.stamp_ns - self._refreshed_ns >= REFRESH_PERIOD * 1e9 - 0.5 * self._pipeline.period_ns:
             self._refreshed_ns = block.stamp_ns
             self._refresh(block)
-        self._averaged = block.samples
+        self._samples_per_step = block.samples
         self.inertia_observable = inertia_observable(tracker, self.force_noise.std)
 
-    def _is_discontinuous(self, block: Decimated, dt: float, deflection_variance: float) -> bool:
-        """Whether a block is no sequel of the motion: after a long silence, or in another place where that may be.
+    def _apply(self, decision: Decision, reason: str) -> None:
+        """Carry out a decision: coefficients first, then mode and counters."""
+        if decision.restore is not None:
+            self.tracker.restore(*decision.restore)
+        if decision.reset is not ResetReason.NONE:
+            self.count_reset(decision.reset)
+        if decision.event is Event.REJECTED:
+            self._restart_initialization(self._force)
+        elif decision.event is not None:
+            self.modes.handle(decision.event, reason)
 
-        That is after a pause, samples in a hurry, or an encoder that was not believed: the clock may have stood still,
-        or the encoder, and has not jumped.
-        """
+    def _suspend(self, reason: str, interrupted: bool = False) -> bool:
+        """Suspend updates; False where no checkpoint is established."""
+        decision = self.consistency.suspend(self.tracker, self.mode, interrupted)
+        if decision is None:
+            return False
+        self._apply(decision, reason)
+        return True
+
+    def _detect_manoeuvre(self) -> bool:
+        """Raise the jerk density at the onset of a manoeuvre; whether there is one."""
+        before = self.jerk.density
+        manoeuvre = self.mode.initialized and self.jerk.detect_manoeuvre(self.tracker.deflection_nis)
+        if self.jerk.density > MANOEUVRE_RATIO * before:
+            self.tracker.reset_matching()
+        return manoeuvre
+
+    def _is_discontinuous(self, block: Decimated, dt: float, deflection_variance: float) -> bool:
+        """Whether the motion has a gap before a block."""
         if dt > MAX_PREDICTION_TIME:
             return True
         if self.encoder_fault:
-            self._timing_suspect_ns = block.stamp_ns
+            self._position.mark_timing_suspect(block.stamp_ns)
             return False
-        pause = PAUSE * max(1.0 / self._config.filter_rate, self._samples.period_ns * 1e-9)
-        unsure = dt > pause or 0 <= block.stamp_ns - self._timing_suspect_ns < UNSURE_NS
-        return unsure and self.tracker.is_outlier(block.deflection, deflection_variance)
+        return self._position.is_discontinuous(self.tracker, block, deflection_variance, is_pause(dt, self._period))
 
     def _update_position(self, block: Decimated, deflection_variance: float) -> bool:
-        """Take the deflection in, also of a rod that sets off; False where it is not believed."""
-        tracker, jump = self.tracker, self._offset_hypothesis
-        offset = block.deflection - float(tracker.z[0])
-        insists = tracker.initialized and jump.is_repeated(offset)
-        if not insists and tracker.update_deflection(block.deflection, deflection_variance):
-            return True
-        expected = tracker.predicted_force(float(tracker.z[0])) if block.forces else math.nan
-        jump.reject(block.deflection, offset, block.force - expected)
-        since = (block.stamp_ns - self._accepted_ns) * 1e-9
-        if jump.is_motion_onset:
-            self.jerk.detect_manoeuvre(tracker.deflection_nis)
-            tracker.inflate_for_acceleration(offset, since)
-        if (jump.is_motion_onset or (insists and not self._supported_by_force())) and tracker.update_deflection(
-            block.deflection, deflection_variance
-        ):
+        """Update by the deflection; False where it is rejected."""
+        update = self._position.update(self.tracker, self.jerk, block, deflection_variance, self.mode.initialized)
+        if update is PositionUpdate.ACCEPTED:
             return True
         self.deflection_rejected += 1
-        if since > RELOCATE or (
-            insists and jump.is_confirmed and tracker.position_uncertain(offset, deflection_variance)
-        ):
+        if update is PositionUpdate.RESET_DUE:
             self._reset_position(block, deflection_variance)
         return False
 
-    def _supported_by_force(self) -> bool:
-        """Whether the force says that the rod is where it was expected, though the encoder insists on another place."""
-        tracker, place = self.tracker, float(self.tracker.z[0])
-        return self._offset_hypothesis.supported_by_force(
-            tracker.predicted_force(place + self._offset_hypothesis.size) - tracker.predicted_force(place)
-        )
+    @property
+    def _period(self) -> float:
+        """Time between two steps [s]."""
+        return max(1.0 / self._config.filter_rate, self._pipeline.period_ns * 1e-9)
 
     def _update_force(self, block: Decimated, dt: float, deflection_variance: float) -> None:
         tracker = self.tracker
         self.force_noise.add(block.force, block.forces)
-        if block.stamp_ns - self._moved_ns < STOP * 1e9:
+        if block.stamp_ns - self._moved_ns < MOTION_HOLD_TIME * 1e9:
             self.initializer.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
-        if not tracker.initialized:
+        if not self.mode.initialized:
             return
-        force_variance = (self._samples.force_noise * self.force_noise.std) ** 2 / block.forces
+        force_variance = (self._pipeline.force_noise * self.force_noise.std) ** 2 / block.forces
         if not tracker.update_force(block.force, force_variance, deflection_variance, dt):
             self.force_rejected += 1
-        if tracker.nis_test_failed and self.consistency.is_consistent:
+        if not tracker.nis_test_failed:
+            return
+        if self.consistency.is_consistent:
             tracker.reset_nis_test()
-        elif tracker.nis_test_failed and not self.consistency.suspend(tracker, INCONSISTENT):
+        elif not self._suspend(INCONSISTENT):
             self._restart_initialization(block.force)
             self.count_reset(ResetReason.INNOVATION)
 
     def _restart_initialization(self, force: float) -> None:
+        """Drop the coefficients, and begin with the start values at the present `force` [N]."""
+        self.modes.handle(Event.REJECTED)
         self.consistency.reset()
         self.initializer.clear()
         self.tracker.reset_coefficients(force)
         self._has_fit = False
 
     def _refresh(self, block: Decimated) -> None:
+        """Renew noise levels and jerk density; begin a regression or a cross-check where it is due."""
         self.force_noise.refresh()
         self.deflection_noise.refresh()
-        light = self.tracker.initialized and self.tracker.max_inertial_force < LIGHT * self.force_noise.std
-        self.jerk.refresh(LEAST if light else LEAST_HEAVY)
-        if self.tracker.initialized and (block.stamp_ns < self._audit_ns or self.consistency.reason):
+        initialized = self.mode.initialized
+        negligible = initialized and self.tracker.max_inertial_force < INERTIA_NEGLIGIBLE * self.force_noise.std
+        self.jerk.refresh(LEAST if negligible else LEAST_HEAVY)
+        if initialized and (self.mode is Mode.SUSPENDED or not self._cross_checks.is_due(block.stamp_ns)):
             return
-        if not self.tracker.initialized and not self._has_fit and block.forces:
+        if not initialized and not self._has_fit and block.forces:
             self.tracker.reset_coefficients(block.force)
-        period = max(1.0 / self._config.filter_rate, self._samples.period_ns * 1e-9)
-        per_block = 1.0 / math.sqrt(block.samples)
+        averaging = 1.0 / math.sqrt(block.samples)
         self.initializer.begin(
-            period, self.tracker.reference, self.force_noise.std * per_block,
-            self.deflection_noise.std * per_block, self.jerk.likeliest, audit=self.tracker.initialized,
+            self._period, self.tracker.reference, self.force_noise.std * averaging,
+            self.deflection_noise.std * averaging, self.jerk.likeliest, audit=initialized,
         )  # fmt: skip
 
     def run_initialization(self) -> None:
-        """A slice of learning; what is found goes into the filter."""
-        fit = self.initializer.advance(self._samples.period_ns * 1e-9)
+        """Do the due part of a regression; its result initializes the filter, or cross-checks it."""
+        fit = self.initializer.advance(self._pipeline.period_ns * 1e-9)
         if fit is None:
             return
-        tracker, sure = (
-            self.tracker,
-            self.initializer.ready_to_hand_over(fit, self.force_noise.std / math.sqrt(self._averaged)),
-        )
-        if tracker.initialized:
-            self._audit_pause = min(2 * self._audit_pause, AUDIT_MOST)
-            self._audit_ns = self.step_ns + self._audit_pause
-            if not sure or not tracker.cross_check_failed(
-                fit.mean, fit.covariance, fit.acceleration, self.force_noise.std
-            ):
-                return
+        force_std = self.force_noise.std / math.sqrt(self._samples_per_step)
+        ready = self.initializer.ready_to_hand_over(fit, force_std)
+        if self.mode.initialized:
+            self._cross_check(fit, ready)
+        else:
+            self._set_coefficients(fit)
+            if ready:
+                self.modes.handle(Event.HAND_OVER)
+                self.tracker.set_stroke(*self.initializer.range)
+                self._cross_checks.restart(self.step_ns)
+
+    def _cross_check(self, fit: Fit, ready: bool) -> None:
+        """Replace the filter's coefficients by those of a regression that refutes them."""
+        self._cross_checks.postpone(self.step_ns)
+        if ready and self.tracker.cross_check_failed(fit.mean, fit.covariance, fit.acceleration, self.force_noise.std):
+            self.modes.handle(Event.REPLACED)
             self.consistency.reset()
             self.count_reset(ResetReason.INNOVATION)
+            self._set_coefficients(fit)
+
+    def _set_coefficients(self, fit: Fit) -> None:
         self._has_fit = True
-        floor = np.array([1e-6, (1e-3 * fit.mean[1]) ** 2, 1.0, 1e10, 0.0, 0.0, 0.0])
-        tracker.set_coefficients(fit.mean, fit.covariance + np.diag(floor))
-        if sure and not tracker.initialized:
-            tracker.initialized = True
-            tracker.set_stroke(*self.initializer.range)
-            self._audit_pause = AUDIT_FIRST
-            self._audit_ns = self.step_ns + AUDIT_FIRST
+        k2_std = MIN_K2_RELATIVE_STD * fit.mean[1]
+        floor = np.array([MIN_LN_STIFFNESS_STD**2, k2_std**2, MIN_D1_STD**2, MIN_D2_STD**2, 0.0, 0.0, 0.0])
+        self.tracker.set_coefficients(fit.mean, fit.covariance + np.diag(floor))
 
     def _restart_after_gap(self, block: Decimated, silence: float, deflection_variance: float) -> None:
-        """Where the motion has broken off: a new place, the old coefficients."""
+        """Reset the motion, keep the coefficients."""
         self.tracker.reset_position(block.deflection, deflection_variance)
         self._interrupt(block, deflection_variance)
-        self.consistency.suspend(self.tracker, AFTER_GAP, broken=True)
+        self._suspend(AFTER_GAP, interrupted=True)
         if silence > COUNTED_GAP:
             self.count_reset(ResetReason.GAP)
 
     def _reset_position(self, block: Decimated, deflection_variance: float) -> None:
-        """The encoder insists on another place: re-zeroed, or moved while nobody believed it."""
-        tracker, jump = self.tracker, self._offset_hypothesis.size
-        words, jumped, told = f"encoder jumped by {1e3 * jump:+.2f} mm", True, False
-        if tracker.initialized:
-            jumped = not self.encoder_fault and self._offset_hypothesis.is_confirmed and self._supported_by_force()
-            if jumped:
-                self.consistency.move(tracker, jump, self._offset_hypothesis.variance + deflection_variance)
-                told = self.consistency.suspend(tracker, words)
+        """Take over the encoder's position: an encoder step, or a motion that the gate has rejected."""
+        tracker, step = self.tracker, self._position.step_size
+        text, stepped, suspended = f"encoder step of {1e3 * step:+.2f} mm", True, False
+        if self.mode.initialized:
+            stepped = not self.encoder_fault and self._position.encoder_step(tracker)
+            if stepped:
+                variance = self._position.step_variance + deflection_variance
+                tracker.restore(*self.consistency.shift_reference(tracker, step, variance))
+                suspended = self._suspend(text)
             else:
-                self.consistency.suspend(tracker, MOVED, broken=True)
+                self._suspend(POSITION_UNCERTAIN, interrupted=True)
         else:
-            tracker.reference = block.deflection
+            tracker.set_reference(block.deflection)
             tracker.reset_coefficients(self._force)
             self._has_fit = False
         tracker.reset_position(block.deflection, deflection_variance)
         self.initializer.clear()
         self._interrupt(block, deflection_variance)
         self.count_reset(ResetReason.DEFLECTION)
-        if jumped and not told:  # by a doubt; too little is proven for one
-            self._health.raise_fault(words, block.stamp_ns)
+        if stepped and not suspended:
+            self._latch.raise_fault(text, block.stamp_ns)
 
     def _interrupt(self, block: Decimated, deflection_variance: float) -> None:
-        self._accepted_ns = block.stamp_ns
-        self._offset_hypothesis.clear()
+        """End what must not reach across a gap."""
+        self._position.restart(block.stamp_ns)
         self.consistency.interrupt()
         self.jerk.restart(block.deflection, deflection_variance)
         self.deflection_noise.interrupt()
         self.force_noise.interrupt()
-
-    def count_reset(self, reason: ResetReason) -> None:
-        """One more reset."""
-        self.reset_count += 1
-        self.reset_reason = reason

@@ -1,6 +1,6 @@
-"""The generated blocks of docs/interfaces.md: message fields and parameters, read from where they are defined.
+"""The generated blocks of docs/reference/interfaces.md: message fields and parameters, read from where they are defined.
 
-`python -m vsa_tools.reference_tables docs/interfaces.md` writes them anew between their markers.
+`python -m vsa_tools.reference_tables docs/reference/interfaces.md` writes them anew between their markers.
 """
 
 import importlib
@@ -69,4 +69,4 @@ def message_table(file: Path) -> str:
 
 if __name__ == "__main__":
     path = Path(sys.argv[1])
-    path.write_text(document(path.read_text(), path.parent.parent / "src" / "vsa_msgs" / "msg"))
+    path.write_text(document(path.read_text(), path.resolve().parents[2] / "src" / "vsa_msgs" / "msg"))

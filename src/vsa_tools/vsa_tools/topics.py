@@ -1,4 +1,4 @@
-"""The topics of the suite with their types, as docs/interfaces.md lists them."""
+"""The topics of the suite with their types, as docs/reference/interfaces.md lists them."""
 
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 JOINT_STATE = "sensor_msgs/msg/JointState"

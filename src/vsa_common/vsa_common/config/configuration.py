@@ -1,7 +1,7 @@
 """Configuration as frozen dataclasses whose fields carry unit, range and meaning.
 
 One declaration serves the ROS parameters of a node (`vsa_common.ros.node`), the `--config` file of a
-tool, the error that a bad value gets, and the tables of docs/interfaces.md:
+tool, the error that a bad value gets, and the tables of docs/reference/interfaces.md:
 
 >>> @dataclass(frozen=True)
 ... class Sensor:

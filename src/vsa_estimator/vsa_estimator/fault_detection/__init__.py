@@ -1,0 +1,4 @@
+"""Faults of sensors and changes of the transmission. Input: filter steps, sensor flags. Output: decisions, active faults.
+
+Permitted imports: vsa_common, vsa_estimator.filter, vsa_estimator.force_law, vsa_estimator.modes, vsa_estimator.preprocessing, vsa_estimator.tuning, numpy
+"""

@@ -1,152 +1,157 @@
-"""Whether to rely on what was learnt, and what to do when the sensors contradict it.
+"""Consistency of the coefficients with both sensors: when to suspend updates, what to restore, when to give up.
 
-In doubt nothing is learnt: the coefficients go back to what they were before the contradiction, and stiffness is not
-valid until the sensors agree with them again. A contradiction that stays is explained by a shift of one sensor, or
-makes the estimator forget.
+While updates are suspended the coefficients are those of the last checkpoint, and stiffness is invalid until the
+parity residuals are small again. An inconsistency that lasts is explained by a shift of one sensor, or the coefficients
+are rejected.
 """
 
 import math
+from typing import NamedTuple
 
 from vsa_common.types import ResetReason
-from vsa_estimator.fault_detection.parity_check import SHIFT_TIME, Coefficients, ParityCheck
-from vsa_estimator.fault_detection.residual import PERIOD
+from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.modes import Event, Mode
 from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.tuning.fault_detection import (
+    CHECKPOINT_PERIOD,
+    EVALUATION_PERIOD,
+    FAULT_TIMEOUT,
+    ISOLATION_TIME,
+    MIN_TRACKING_TIME,
+)
 
-KEEP = 4.0  # between two memories of what was known [s]
-PROBATION = 7.0  # without contradiction, before what was learnt counts for more than what is measured [s]
-GIVE_UP = 6.0  # of contradiction, by sensors that are otherwise well, before all is forgotten [s]
+INCONSISTENT = "force and encoder are inconsistent with the estimated model: sensor drift or a changed transmission"
+AFTER_GAP = "consistency check after a gap"
 
-INCONSISTENT = "force and encoder contradict what was learnt: a sensor drifts, or the transmission has changed"
-AFTER_GAP = "looking whether all is as before the silence"
+
+class Decision(NamedTuple):
+    """What a filter step makes of the operating mode and of the coefficients."""
+
+    event: Event | None = None
+    restore: Coefficients | None = None  # to be set before the event
+    reset: ResetReason = ResetReason.NONE
+
+
+NOMINAL = Decision()
 
 
 class ConsistencyMonitor:
-    """Takes every step of the filter and says whether its coefficients are to be relied on."""
+    """Parity check over time, with checkpoints of the coefficients."""
 
     def __init__(self, rate: float) -> None:
         """`rate` of the filter [Hz]."""
-        self.reason = ""  # of the doubt; empty when there is none
         self._parity = ParityCheck(rate)
-        self._kept = -math.inf
-        self._time_in_fault = 0.0
-        self._proven = 0.0  # [s]
+        self._checkpoint_time = -math.inf  # [s]
+        self._time_in_fault = 0.0  # [s]
+        self._tracking_time = 0.0  # of consistent tracking [s]
 
     def reset(self) -> None:
-        """Nothing is known that could be doubted."""
-        self.reason = ""
-        self._proven = 0.0
+        """Drop the checkpoints: the coefficients are new."""
+        self._tracking_time = 0.0
         self._parity.reset()
 
     def interrupt(self) -> None:
-        """The motion has a gap."""
+        """Drop the recent steps: the motion has a gap."""
         self._parity.interrupt()
 
     @property
     def is_consistent(self) -> bool:
-        """Whether both sensors tell what was learnt: what the filter does not explain then is its own lag."""
-        return self._parity.checkpoint is not None and not self._parity.is_insensitive and self._parity.is_consistent
+        """Whether the sensors agree with a sensitive checkpoint: a large NIS is then the lag of the filter."""
+        parity = self._parity
+        return parity.checkpoint is not None and not parity.is_insensitive and parity.is_consistent
 
-    def suspend(self, tracker: Tracker, reason: str, broken: bool = False) -> bool:
-        """Go back to what was known before, and wait; False where nothing was.
+    def suspend(self, tracker: Tracker, mode: Mode, interrupted: bool = False) -> Decision | None:
+        """Decision to suspend updates and to restore the checkpoint; None if no checkpoint is established.
 
-        Where the motion has `broken` off, also with coefficients that are not proven: they are what is known.
+        After an `interrupted` motion a checkpoint need not be established: the present coefficients become it.
         """
-        kept = self._parity.checkpoint
-        proven = self._proven >= PROBATION
-        if not tracker.initialized or kept is None or not (proven or broken):
-            return False
-        if not self.reason:
-            self._time_in_fault = 0.0
-            if proven:
-                _recall(tracker, kept)
-            else:
-                self._parity.replace(_known(tracker))
-        self.reason = reason
-        return True
+        checkpoint = self._parity.checkpoint
+        established = self._tracking_time >= MIN_TRACKING_TIME
+        if not mode.initialized or checkpoint is None or not (established or interrupted):
+            return None
+        if mode is Mode.SUSPENDED:
+            return Decision(Event.INCONSISTENT)
+        self._time_in_fault = 0.0
+        if established:
+            return Decision(Event.INCONSISTENT, checkpoint)
+        self._parity.replace(_present(tracker))
+        return Decision(Event.INCONSISTENT)
 
-    def move(self, tracker: Tracker, shift: float, variance: float) -> None:
-        """The encoder reads `shift` [m] more than it did; how uncertain that is goes into the stiffness."""
-        kept = self._parity.checkpoint or _known(tracker)
-        covariance = kept.covariance.copy()
-        covariance[0, 0] += kept.mean[1] ** 2 * variance
-        self._adopt(tracker, kept._replace(covariance=covariance, reference=kept.reference + shift))
+    def shift_reference(self, tracker: Tracker, shift: float, variance: float) -> Coefficients:
+        """Coefficients for an encoder that reads `shift` [m] more; its variance [m^2] widens the stiffness."""
+        checkpoint = self._parity.checkpoint or _present(tracker)
+        covariance = checkpoint.covariance.copy()
+        covariance[0, 0] += checkpoint.mean[1] ** 2 * variance
+        return self._replace(checkpoint._replace(covariance=covariance, reference=checkpoint.reference + shift))
 
-    def evaluate(self, tracker: Tracker, time: float, block: Decimated, blind: bool) -> ResetReason:
-        """Take a step at `time` [s]; `blind` when the encoder is not to be believed. What has to be reset, or NONE."""
-        news = self._parity.add(time, block.deflection, block.force if block.forces else math.nan)
-        if not tracker.initialized:
-            return ResetReason.NONE
+    def evaluate(self, tracker: Tracker, mode: Mode, time: float, step: Decimated, encoder_fault: bool) -> Decision:
+        """Decision after a filter step at `time` [s]."""
+        evaluated = self._parity.add(time, step.deflection, step.force if step.forces else math.nan)
+        if not mode.initialized:
+            return NOMINAL
         if self._parity.checkpoint is None:
             self._keep(tracker, time)
-        if blind:
-            self.suspend(tracker, INCONSISTENT)
+        if encoder_fault:
+            decision = self.suspend(tracker, mode)
             self._time_in_fault = 0.0
-        elif news and not self.reason:
-            self._nominal(tracker, time)
-        elif news:
-            return self._suspended(tracker)
-        return ResetReason.NONE
+            return decision or NOMINAL
+        if not evaluated:
+            return NOMINAL
+        return self._suspended(tracker) if mode is Mode.SUSPENDED else self._nominal(tracker, mode, time)
 
-    def _nominal(self, tracker: Tracker, time: float) -> None:
-        if self._parity.is_insensitive:  # nothing to hold against the sensors yet: let the filter learn
-            self._parity.replace(_known(tracker))
-            return
-        if self._parity.exceeds_threshold:
-            if not self.suspend(tracker, INCONSISTENT):
-                self._proven = 0.0
-                self._parity.replace(_known(tracker))
-            return
-        if self._parity.no_evidence:
-            return
-        self._proven += PERIOD
-        self._parity.accept()
-        if time - self._kept > KEEP:
-            self._keep(tracker, time)
+    def _nominal(self, tracker: Tracker, mode: Mode, time: float) -> Decision:
+        if self._parity.is_insensitive:
+            self._parity.replace(_present(tracker))
+        elif self._parity.exceeds_threshold:
+            decision = self.suspend(tracker, mode)
+            if decision is not None:
+                return decision
+            self._tracking_time = 0.0
+            self._parity.replace(_present(tracker))
+        elif not self._parity.no_evidence:
+            self._tracking_time += EVALUATION_PERIOD
+            self._parity.accept()
+            if time - self._checkpoint_time > CHECKPOINT_PERIOD:
+                self._keep(tracker, time)
+        return NOMINAL
 
-    def _suspended(self, tracker: Tracker) -> ResetReason:
+    def _suspended(self, tracker: Tracker) -> Decision:
         if self._parity.is_consistent:
-            self.reason = ""
-            self._parity.settle()
-            return ResetReason.NONE
-        if self._parity.no_evidence:  # motion too brisk to tell is no contradiction that stays
-            return ResetReason.NONE
-        self._time_in_fault += PERIOD
-        if self._time_in_fault > SHIFT_TIME:
-            shift = self._parity.isolate_fault()
-            if shift is not None and shift.deflection:
-                self.move(tracker, shift.deflection, shift.std**2)
-                return ResetReason.DEFLECTION
-            if shift is not None:
-                self._offset(tracker, shift.force, shift.std**2)
-                return ResetReason.INNOVATION
-        if self._time_in_fault > GIVE_UP:
-            self.reset()
-            tracker.initialized = False
-            return ResetReason.INNOVATION
-        return ResetReason.NONE
+            self._parity.end_fault()
+            return Decision(Event.CONSISTENT)
+        if self._parity.no_evidence:
+            return NOMINAL
+        self._time_in_fault += EVALUATION_PERIOD
+        shift = self._parity.isolate_fault() if self._time_in_fault > ISOLATION_TIME else None
+        if shift is not None and shift.deflection:
+            restore = self.shift_reference(tracker, shift.deflection, shift.std**2)
+            return Decision(restore=restore, reset=ResetReason.DEFLECTION)
+        if shift is not None:
+            restore = self._shift_force_offset(tracker, shift.force, shift.std**2)
+            return Decision(restore=restore, reset=ResetReason.INNOVATION)
+        if self._time_in_fault > FAULT_TIMEOUT:
+            return Decision(Event.REJECTED, reset=ResetReason.INNOVATION)
+        return NOMINAL
 
-    def _offset(self, tracker: Tracker, shift: float, variance: float) -> None:
-        kept = self._parity.checkpoint or _known(tracker)
-        mean, covariance = kept.mean.copy(), kept.covariance.copy()
+    def _shift_force_offset(self, tracker: Tracker, shift: float, variance: float) -> Coefficients:
+        checkpoint = self._parity.checkpoint or _present(tracker)
+        mean, covariance = checkpoint.mean.copy(), checkpoint.covariance.copy()
         mean[5] += shift
         covariance[5, 5] += variance
-        self._adopt(tracker, kept._replace(mean=mean, covariance=covariance))
+        return self._replace(checkpoint._replace(mean=mean, covariance=covariance))
 
-    def _adopt(self, tracker: Tracker, coefficients: Coefficients) -> None:
+    def _replace(self, coefficients: Coefficients) -> Coefficients:
+        """Make these the checkpoint, and return them."""
         self._time_in_fault = 0.0
         self._parity.replace(coefficients)
-        _recall(tracker, coefficients)
+        return coefficients
 
     def _keep(self, tracker: Tracker, time: float) -> None:
-        self._kept = time
-        self._parity.keep(_known(tracker))
+        self._checkpoint_time = time
+        self._parity.keep(_present(tracker))
 
 
-def _known(tracker: Tracker) -> Coefficients:
+def _present(tracker: Tracker) -> Coefficients:
+    """Copies of the present coefficients."""
     return Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
-
-
-def _recall(tracker: Tracker, known: Coefficients) -> None:
-    tracker.set_coefficients(known.mean, known.covariance)
-    tracker.reference = known.reference

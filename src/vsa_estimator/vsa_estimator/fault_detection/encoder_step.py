@@ -1,67 +1,82 @@
-"""Deflections that the gate rejects one after another: an encoder that jumped, or a rod that nobody believed."""
+"""Isolation of an encoder step (bias jump) among deflections that the gate rejects one after another."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from vsa_estimator.tuning.fault_detection import (
+    FORCE_SUPPORT_SHARE,
+    MAX_SCATTER,
+    MIN_COUNT,
+    ONSET_GROWTH,
+    REPEAT_SHARE,
+)
 
-GROWTH = 1.2  # from one rejected offset to the next, three in a row: a rod that sets off
-BACK = 0.5  # share of what was rejected, within which a deflection is back where it was expected
-ENOUGH, ALIKE = 6, 0.25  # rejected offsets in a row, and their scatter as a share of the jump, that prove one
-STAYED = 0.5  # share of the elastic force of a move, under which the force says that there was none
+
+class Rejection(NamedTuple):
+    """A deflection that the gate has rejected."""
+
+    offset: float  # from the predicted position [m]
+    force_residual: float  # measured less predicted force at the predicted position [N]; NaN for no force
+    deflection: float  # [m]
 
 
 class OffsetHypothesis:
-    """The rejected offsets since the last accepted deflection, and what of the force the expected place leaves open."""
+    """Rejected deflections since the last accepted one, and the evidence for a constant encoder offset."""
 
     def __init__(self) -> None:
-        """Nothing rejected yet."""
-        self._rejected: list[tuple[float, float, float]] = []
+        """No rejection."""
+        self._rejected: list[Rejection] = []
 
-    def reject(self, deflection: float, offset: float, unexplained: float) -> None:
-        """A deflection [m], so far off from where the filter expected it [m]; the force by so much [N] or NaN."""
-        self._rejected.append((offset, unexplained, deflection))
+    def reject(self, deflection: float, offset: float, force_residual: float) -> None:
+        """Add a rejected deflection [m], its offset from the prediction [m], and the force residual [N] or NaN."""
+        self._rejected.append(Rejection(offset, force_residual, deflection))
 
     def clear(self) -> None:
-        """All is well, or the motion has a gap."""
+        """Drop all rejections: a deflection was accepted, or the motion has a gap."""
         self._rejected.clear()
 
     def is_repeated(self, offset: float) -> bool:
-        """Whether a deflection so far off [m] repeats what was rejected: that time goes by is no proof."""
-        return bool(self._rejected) and abs(offset) > BACK * abs(self.size)
+        """Whether a deflection with this offset [m] repeats the rejected ones; elapsed time alone is no evidence."""
+        return bool(self._rejected) and abs(offset) > REPEAT_SHARE * abs(self.size)
 
     @property
     def is_motion_onset(self) -> bool:
-        """Whether the offsets grow from one to the next: nothing has jumped, the rod moves."""
+        """Whether the last three offsets grow: the rod starts to move, and no step has occurred."""
         if len(self._rejected) < 3:
             return False
-        first, second, third = (offset for offset, *_ in self._rejected[-3:])
-        return second / first > GROWTH and third / second > GROWTH
+        first, second, third = (one.offset for one in self._rejected[-3:])
+        return second / first > ONSET_GROWTH and third / second > ONSET_GROWTH
 
     @property
     def is_confirmed(self) -> bool:
-        """Whether several are off by the same: those of a noisy encoder are not, nor those of one that stands still."""
-        offsets, alike = [offset for offset, *_ in self._rejected[:ENOUGH]], ALIKE * abs(self.size)
-        if len(offsets) < ENOUGH or offsets[0] * self.size < 0.0 or float(np.std(offsets[1:])) > alike:
+        """Whether MIN_COUNT offsets agree while the encoder moves on: those of a noisy or stuck encoder do not."""
+        offsets = [one.offset for one in self._rejected[:MIN_COUNT]]
+        scatter = MAX_SCATTER * abs(self.size)
+        if len(offsets) < MIN_COUNT or offsets[0] * self.size < 0.0 or float(np.std(offsets[1:])) > scatter:
             return False
-        (first, _, began), (last, _, ended) = self._rejected[1], self._rejected[-1]
-        return abs(last - first) < max(abs(ended - began), alike)
+        first, last = self._rejected[1], self._rejected[-1]
+        return abs(last.offset - first.offset) < max(abs(last.deflection - first.deflection), scatter)
 
     @property
     def size(self) -> float:
-        """By how much the encoder jumped [m]."""
-        return float(np.median([offset for offset, *_ in self._seen]))
+        """Median of the offsets [m]."""
+        return float(np.median([one.offset for one in self._representative]))
 
     @property
     def variance(self) -> float:
-        """Of the size, by the scatter of what was rejected [m^2]."""
-        return float(np.var([offset for offset, *_ in self._seen]))
+        """Variance of the offsets [m^2]."""
+        return float(np.var([one.offset for one in self._representative]))
 
-    def supported_by_force(self, elastic: float) -> bool:
-        """Whether the force says that the rod did not move; `elastic` is what moving would cost [N]."""
-        heard = [force for _, force, _ in self._seen if not math.isnan(force)]
-        return not heard or abs(heard[0] / elastic) < STAYED  # an absent force says nothing against it
+    def supported_by_force(self, elastic_force: float) -> bool:
+        """Whether the force agrees with the predicted position; a motion would change it by `elastic_force` [N].
+
+        An absent force is no evidence against the hypothesis.
+        """
+        residuals = [one.force_residual for one in self._representative if not math.isnan(one.force_residual)]
+        return not residuals or abs(residuals[0] / elastic_force) < FORCE_SUPPORT_SHARE
 
     @property
-    def _seen(self) -> list[tuple[float, float, float]]:
-        # the first may be half of one place, half of the other; later ones suffer from the prediction
+    def _representative(self) -> list[Rejection]:
+        # The first mean may span both positions, and the prediction degrades with time.
         return self._rejected[1:4] or self._rejected

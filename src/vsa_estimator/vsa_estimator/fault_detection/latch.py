@@ -1,50 +1,50 @@
-"""Complaints about the sensors: stuck, saturated, noisy, or told by the gate too often."""
+"""Active faults: each is raised by sensor flags or by the supervisor, and holds for a time after its last detection."""
 
-from vsa_estimator.preprocessing import sensor_checks as signs
+from vsa_estimator.preprocessing import sensor_checks as flags
+from vsa_estimator.tuning.fault_detection import FAULT_HOLD_TIME
 
-COMPLAINT_TIME = 0.5  # a complaint stands for this long after its cause [s] ...
-LAST_NS = (1 << 63) - 1  # ... and never beyond the last stamp that there is [ns]
+MAX_STAMP_NS = (1 << 63) - 1
 
 FAULT_TEXTS = {
-    signs.FORCE_NOISY: "force sensor noisy: several times what was configured",
-    signs.ENCODER_NOISY: "encoder noisy: several times what was configured",
-    signs.BURST: "samples in a burst: they queued up on their way",
-    signs.ENCODER_FROZEN: "encoder stuck: it repeats itself to the last digit",
-    signs.FORCE_STUCK: "force sensor stuck: it repeats itself while the encoder moves",
-    signs.ENCODER_STUCK: "encoder stuck: it repeats itself while the force changes",
-    signs.FORCE_SATURATED: "force sensor saturated",
-    signs.DEFLECTION_SATURATED: "deflection at its limit",
+    flags.FORCE_NOISY: "force sensor noisy: several times the configured noise",
+    flags.ENCODER_NOISY: "encoder noisy: several times the configured noise",
+    flags.BURST: "burst of samples: delayed in transit",
+    flags.ENCODER_FROZEN: "encoder stuck: constant to the last digit",
+    flags.FORCE_STUCK: "force sensor stuck: constant while the encoder moves",
+    flags.ENCODER_STUCK: "encoder stuck: constant while the force changes",
+    flags.FORCE_SATURATED: "force sensor saturated",
+    flags.DEFLECTION_SATURATED: "deflection at its limit",
 }
 
 
 class FaultLatch:
-    """What the signs in the raw samples of late say of the sensors."""
+    """Active faults by text with the stamp at which each ends."""
 
     def __init__(self) -> None:
-        """All is well."""
-        self.force_repeated = 0
-        self.clear()
+        """No fault."""
+        self.force_repeated = 0  # forces equal to the one before
+        self._until_ns: dict[str, int] = {}
 
     def clear(self) -> None:
-        """Forget the past: stamps went back."""
-        self._complaints: dict[str, int] = {}
+        """End all faults: stamps went back. The counter stays."""
+        self._until_ns.clear()
 
-    def add_flags(self, found: int, stamp_ns: int) -> None:
-        """Take the signs of a raw sample."""
-        self.force_repeated += found & signs.FORCE_REPEATED
-        for sign, complaint in FAULT_TEXTS.items():
-            if found & sign:
-                self.raise_fault(complaint, stamp_ns)
+    def add_flags(self, flagged: int, stamp_ns: int) -> None:
+        """Count and raise the faults that the flags of a raw sample stand for."""
+        self.force_repeated += bool(flagged & flags.FORCE_REPEATED)
+        for flag, text in FAULT_TEXTS.items():
+            if flagged & flag:
+                self.raise_fault(text, stamp_ns)
 
     def raise_fault(self, text: str, stamp_ns: int) -> None:
-        """Say `text` from now on for a while."""
-        self._complaints[text] = min(stamp_ns + int(COMPLAINT_TIME * 1e9), LAST_NS)
+        """Activate a fault until FAULT_HOLD_TIME after `stamp_ns` [ns]."""
+        self._until_ns[text] = min(stamp_ns + int(FAULT_HOLD_TIME * 1e9), MAX_STAMP_NS)
 
     @property
     def until_ns(self) -> int:
-        """Until when a complaint stands; 0 where none ever did."""
-        return max(self._complaints.values(), default=0)
+        """Stamp at which the last fault ends [ns]; 0 if there was none."""
+        return max(self._until_ns.values(), default=0)
 
     def active_faults(self, stamp_ns: int) -> list[str]:
-        """Complaints that stand at an instant."""
-        return [text for text, until_ns in self._complaints.items() if stamp_ns < until_ns]
+        """Texts of the faults that are active at an instant [ns]."""
+        return [text for text, until_ns in self._until_ns.items() if stamp_ns < until_ns]

@@ -63,7 +63,6 @@ class Tracker:
         self.known = np.zeros(KNOWN)  # as the steps take it
         self._divide()
         self.reference = 0.0
-        self.initialized = False
         self.deflection_monitor = np.array([0.0, 1.0])
         self.force_monitor = np.array([0.0, 1.0, 0.0])
         self._watched: deque[float] = deque(maxlen=int(WATCH_TIME * rate))
@@ -95,7 +94,7 @@ class Tracker:
     @property
     def beyond_peak_speed(self) -> bool:
         """Whether the rod is known to move where its damper has no more force to give."""
-        return self.initialized and abs(self.speed) > NEAR_KINK * peak_speed(float(self.z[Z.D1]), float(self.z[Z.D2]))
+        return abs(self.speed) > NEAR_KINK * peak_speed(float(self.z[Z.D1]), float(self.z[Z.D2]))
 
     @property
     def deflection_nis(self) -> float:
@@ -163,7 +162,6 @@ class Tracker:
         self.p[range(3, SIZE), range(3, SIZE)] = variances
         self.p[3, 4] = self.p[4, 3] = -dx * k2_variance
         self.friction_bias[3:] = 0.0
-        self.initialized = False
         self.reset_matching()
         self.reset_nis_test()
 
@@ -177,6 +175,15 @@ class Tracker:
         self.p[3:, :3] = 0.0
         self.p[:3, 3:] = 0.0
         self.p[3:, 3:] = covariance
+
+    def restore(self, mean: Array, covariance: Array, reference: float) -> None:
+        """Set coefficients as `set_coefficients`, with the position at which s holds [m]."""
+        self.set_coefficients(mean, covariance)
+        self.reference = reference
+
+    def set_reference(self, position: float) -> None:
+        """Let s hold at another position [m]; the coefficients are reset afterwards."""
+        self.reference = position
 
     def cross_check_failed(self, mean: Array, covariance: Array, acceleration: float, force_noise_std: float) -> bool:
         """Whether a regression over the same data has found other coefficients, beyond what it may be off by.

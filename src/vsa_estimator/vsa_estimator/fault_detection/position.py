@@ -1,0 +1,94 @@
+"""Update of the filter by a deflection: gate, onset of motion, encoder step, discontinuity of the motion."""
+
+import math
+from enum import Enum, auto
+
+from vsa_estimator.fault_detection.encoder_step import OffsetHypothesis
+from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.tuning.supervisor import PAUSE_PERIODS, POSITION_RESET_TIMEOUT, TIMING_SUSPECT_NS
+
+
+class PositionUpdate(Enum):
+    """Result of an update by a deflection."""
+
+    ACCEPTED = auto()
+    REJECTED = auto()
+    RESET_DUE = auto()  # rejected, and the position has to be reset to the encoder's
+
+
+class PositionMonitor:
+    """Rejected deflections of one transmission, and the times at which its stamps are suspect."""
+
+    def __init__(self) -> None:
+        """No deflection yet."""
+        self._offsets = OffsetHypothesis()
+        self._accepted_ns = 0
+        self._timing_suspect_ns = 0
+
+    def restart(self, instant_ns: int) -> None:
+        """Begin anew at a position that is accepted at `instant_ns` [ns]."""
+        self._accepted_ns = instant_ns
+        self._offsets.clear()
+
+    def mark_timing_suspect(self, instant_ns: int) -> None:
+        """Samples in a burst or an encoder fault at `instant_ns` [ns]: a clock or the encoder may have stood still."""
+        self._timing_suspect_ns = instant_ns
+
+    def is_discontinuous(self, tracker: Tracker, block: Decimated, variance: float, pause: bool) -> bool:
+        """Whether a deflection is an outlier where timing is suspect, or after a `pause`: no encoder step then."""
+        suspect = pause or 0 <= block.stamp_ns - self._timing_suspect_ns < TIMING_SUSPECT_NS
+        return suspect and tracker.is_outlier(block.deflection, variance)
+
+    def update(
+        self, tracker: Tracker, jerk: JerkDensity, block: Decimated, variance: float, initialized: bool
+    ) -> PositionUpdate:
+        """Update the filter by the deflection of a block with this noise `variance` [m^2]."""
+        offset = block.deflection - float(tracker.z[0])
+        repeated = initialized and self._offsets.is_repeated(offset)
+        if not repeated and tracker.update_deflection(block.deflection, variance):
+            return self._accept(block)
+        predicted = tracker.predicted_force(float(tracker.z[0])) if block.forces else math.nan
+        self._offsets.reject(block.deflection, offset, block.force - predicted)
+        since = (block.stamp_ns - self._accepted_ns) * 1e-9
+        onset = self._offsets.is_motion_onset
+        if onset:
+            jerk.detect_manoeuvre(tracker.deflection_nis)
+            tracker.inflate_for_acceleration(offset, since)
+        moved = onset or (repeated and not self._supported_by_force(tracker))
+        if moved and tracker.update_deflection(block.deflection, variance):
+            return self._accept(block)
+        confirmed = repeated and self._offsets.is_confirmed
+        if since > POSITION_RESET_TIMEOUT or (confirmed and tracker.position_uncertain(offset, variance)):
+            return PositionUpdate.RESET_DUE
+        return PositionUpdate.REJECTED
+
+    def encoder_step(self, tracker: Tracker) -> bool:
+        """Whether the rejected deflections are an encoder step: they agree, and the force supports the prediction."""
+        return self._offsets.is_confirmed and self._supported_by_force(tracker)
+
+    @property
+    def step_size(self) -> float:
+        """Median of the rejected offsets [m]."""
+        return self._offsets.size
+
+    @property
+    def step_variance(self) -> float:
+        """Variance of the rejected offsets [m^2]."""
+        return self._offsets.variance
+
+    def _accept(self, block: Decimated) -> PositionUpdate:
+        self.restart(block.stamp_ns)
+        return PositionUpdate.ACCEPTED
+
+    def _supported_by_force(self, tracker: Tracker) -> bool:
+        """Whether the force agrees with the predicted position, and not with the offset."""
+        position = float(tracker.z[0])
+        moved = tracker.predicted_force(position + self._offsets.size)
+        return self._offsets.supported_by_force(moved - tracker.predicted_force(position))
+
+
+def is_pause(dt: float, period: float) -> bool:
+    """Whether a step of dt [s] is a pause for a stream of this `period` [s]."""
+    return dt > PAUSE_PERIODS * period

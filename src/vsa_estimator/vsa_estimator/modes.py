@@ -1,0 +1,67 @@
+"""Operating mode of the estimator of one transmission: the modes, the events, and the one table of transitions."""
+
+from enum import Enum, IntEnum, auto
+
+
+class Mode(IntEnum):
+    """What the estimates come from."""
+
+    WAITING = 0  # no sample yet
+    INITIALIZING = 1  # coefficients from regressions, motion from the encoder alone
+    TRACKING = 2  # the filter estimates motion and coefficients
+    SUSPENDED = (
+        3  # coefficients are held: force and encoder are not consistent, or it is not known yet whether they are
+    )
+
+    @property
+    def initialized(self) -> bool:
+        """Whether the filter has taken over the coefficients."""
+        return self in (Mode.TRACKING, Mode.SUSPENDED)
+
+
+class Event(Enum):
+    """What changes the mode."""
+
+    FIRST_SAMPLE = auto()
+    HAND_OVER = auto()  # two successive regressions are accurate enough for the filter's linearisation
+    INCONSISTENT = auto()  # a parity residual, an encoder step, a gap, or a failed NIS test
+    CONSISTENT = auto()  # parity residuals of both sensors are within their limits again
+    REPLACED = auto()  # a cross-check by regression has replaced the coefficients
+    REJECTED = auto()  # no sensor shift explains the inconsistency: the coefficients are given up
+
+
+TRANSITIONS: dict[tuple[Mode, Event], Mode] = {
+    (Mode.WAITING, Event.FIRST_SAMPLE): Mode.INITIALIZING,
+    (Mode.INITIALIZING, Event.HAND_OVER): Mode.TRACKING,
+    (Mode.TRACKING, Event.INCONSISTENT): Mode.SUSPENDED,
+    (Mode.SUSPENDED, Event.INCONSISTENT): Mode.SUSPENDED,
+    (Mode.SUSPENDED, Event.CONSISTENT): Mode.TRACKING,
+    (Mode.TRACKING, Event.REPLACED): Mode.TRACKING,
+    (Mode.SUSPENDED, Event.REPLACED): Mode.TRACKING,
+    (Mode.TRACKING, Event.REJECTED): Mode.INITIALIZING,
+    (Mode.SUSPENDED, Event.REJECTED): Mode.INITIALIZING,
+}
+
+
+class ModeMachine:
+    """Owner of the operating mode, and of the reason why updates are suspended."""
+
+    def __init__(self) -> None:
+        """No sample yet."""
+        self._mode = Mode.WAITING
+        self._reason = ""
+
+    @property
+    def mode(self) -> Mode:
+        """The present mode."""
+        return self._mode
+
+    @property
+    def reason(self) -> str:
+        """Why updates are suspended; empty in any other mode."""
+        return self._reason
+
+    def handle(self, event: Event, reason: str = "") -> None:
+        """Change the mode. Raises KeyError for an event that the table does not have in this mode."""
+        self._mode = TRANSITIONS[self._mode, event]
+        self._reason = reason if self._mode is Mode.SUSPENDED else ""

@@ -1,0 +1,51 @@
+"""Isolation of an encoder step among rejected deflections: steps, noise, a stuck encoder, an onset of motion."""
+
+import math
+
+import numpy as np
+from vsa_estimator.fault_detection.encoder_step import OffsetHypothesis
+
+
+def rejections(offsets, deflections, residual=0.0):
+    hypothesis = OffsetHypothesis()
+    for offset, deflection in zip(offsets, deflections, strict=True):
+        hypothesis.reject(deflection, offset, residual)
+    return hypothesis
+
+
+def moving(count, speed=1e-3):
+    return 0.01 + speed * 0.01 * np.arange(count)
+
+
+def test_a_constant_offset_of_a_moving_encoder_is_confirmed_with_its_size():
+    hypothesis = rejections([1e-3] * 8, moving(8))
+    assert hypothesis.is_confirmed
+    assert hypothesis.size == 1e-3
+
+
+def test_offsets_of_noise_are_not_confirmed():
+    rng = np.random.default_rng(1)
+    confirmed = [rejections(1e-3 * rng.standard_normal(8), moving(8)).is_confirmed for _ in range(200)]
+    assert np.mean(confirmed) < 0.02
+
+
+def test_the_growing_offset_of_a_stuck_encoder_is_not_confirmed():
+    assert not rejections(-2e-4 * np.arange(1, 9), np.full(8, 0.01)).is_confirmed
+
+
+def test_growing_offsets_are_an_onset_of_motion():
+    assert rejections([1e-4, 2e-4, 4e-4], moving(3)).is_motion_onset
+    assert not rejections([1e-3, 1e-3, 1e-3], moving(3)).is_motion_onset
+
+
+def test_an_offset_repeats_the_rejected_ones_from_half_of_their_size_on():
+    hypothesis = rejections([1e-3] * 3, moving(3))
+    assert hypothesis.is_repeated(0.6e-3)
+    assert not hypothesis.is_repeated(0.4e-3)
+    assert not OffsetHypothesis().is_repeated(1.0)
+
+
+def test_the_force_supports_the_expected_position_unless_it_has_changed_by_half_of_the_elastic_force():
+    assert rejections([1e-3] * 3, moving(3), residual=0.4).supported_by_force(1.0)
+    assert not rejections([1e-3] * 3, moving(3), residual=0.6).supported_by_force(1.0)
+    assert rejections([1e-3] * 3, moving(3), residual=math.nan).supported_by_force(1.0)
