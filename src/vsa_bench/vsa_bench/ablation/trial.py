@@ -17,6 +17,7 @@ from vsa_bench.ablation.figures import FIELDS, Figures, figures
 from vsa_bench.ablation.recordings import Recording
 from vsa_bench.ablation.variation import Value
 from vsa_common.config.configuration import build
+from vsa_common.ros.realtime import limit_blas_threads
 from vsa_common.tuning import CONSTANTS, OVERRIDES
 
 PACKAGE = "vsa_estimator"
@@ -44,6 +45,7 @@ def initialize_worker(recordings: Sequence[Recording]) -> None:
     """Give a worker its recordings, and plain Python for what it imports from here on."""
     os.environ["VSA_NO_NUMBA"] = "1"
     warnings.simplefilter("ignore")
+    limit_blas_threads()
     _recordings[:] = recordings
 
 
