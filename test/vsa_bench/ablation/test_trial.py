@@ -83,9 +83,9 @@ def test_an_estimator_that_fails_with_the_tuned_values_ends_the_bench(multisine)
 
 def test_a_constant_of_the_estimator_changes_its_outputs(multisine):
     constants = declared(trial.PACKAGE)
-    variations = [vary(module, one, HALF) for module, one in chosen(constants, ["supervisor.NOISE_MEMORY"])]
+    variations = [vary(module, one, HALF) for module, one in chosen(constants, ["supervisor.REFRESH_PERIOD"])]
     base, effects = ablate([with_sensor_faults(multisine)], variations, 1)
     (one,) = effects
     assert base.failure == one.trial.failure == ""
-    assert one.variation.value == 0.5 * constants["vsa_estimator.tuning.supervisor"]["NOISE_MEMORY"].value
+    assert one.variation.value == 0.5 * constants["vsa_estimator.tuning.supervisor"]["REFRESH_PERIOD"].value
     assert one.bits_changed
