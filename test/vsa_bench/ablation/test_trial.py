@@ -9,7 +9,14 @@ import pytest
 from vsa_bench.ablation import trial
 from vsa_bench.ablation.command import ablate
 from vsa_bench.ablation.figures import Figures, figures
-from vsa_bench.ablation.recordings import FAULTS, simulated, with_change, with_encoder_step, with_sensor_faults
+from vsa_bench.ablation.recordings import (
+    FAULTS,
+    simulated,
+    with_change,
+    with_encoder_step,
+    with_force_drift,
+    with_sensor_faults,
+)
 from vsa_bench.ablation.report import chosen
 from vsa_bench.ablation.trial import TrialError, initialize_worker, run_trial
 from vsa_bench.ablation.variation import HALF, declared, vary
@@ -52,6 +59,14 @@ def test_an_encoder_step_leaves_the_truth_as_it_is(multisine):
     assert (stepped.deflection - multisine.deflection)[half:] == pytest.approx(1e-3)
     np.testing.assert_array_equal(stepped.deflection[:half], multisine.deflection[:half])
     np.testing.assert_array_equal(stepped.stiffness, multisine.stiffness)
+
+
+def test_a_force_drift_leaves_the_truth_as_it_is(multisine):
+    error = with_force_drift(multisine).force - multisine.force
+    half = len(error) // 2
+    np.testing.assert_array_equal(error[:half], 0.0)
+    assert (np.diff(error[half:]) > -1e-12).all()
+    assert error[-1] == pytest.approx(2.0)
 
 
 def test_a_changed_transmission_changes_samples_and_truth_together(multisine):

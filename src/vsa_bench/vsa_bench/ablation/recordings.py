@@ -16,7 +16,9 @@ FAULTS = "sensor faults"
 FAULTS_SECONDS = 16.0  # of the recording with sensor faults
 STEP = "encoder step"
 STEP_SECONDS = 16.0  # of the recording with an encoder step
-STEP_CASE = case(motion="multisine", start="good")
+DRIFT = "force drift"
+DRIFT_SECONDS = 20.0  # of the recording with a drift of the force
+SINGLE_FAULT_CASE = case(motion="multisine", start="good")
 FAULTY_CASE = case(motion="multisine", rate_hz=200, start="good")
 CHANGE = "change of the transmission"
 CHANGED_SECONDS = 16.0  # of the recording in which another transmission replaces the first
@@ -64,7 +66,8 @@ def recordings(quick: bool, seconds: float | None) -> Iterator[Recording]:
         for formulation in both if one.start == "good" else ("force",):
             yield simulated(one, formulation, seconds or usual)
     yield with_sensor_faults(simulated(FAULTY_CASE, "force", seconds or FAULTS_SECONDS))
-    yield with_encoder_step(simulated(STEP_CASE, "force", seconds or STEP_SECONDS))
+    yield with_encoder_step(simulated(SINGLE_FAULT_CASE, "force", seconds or STEP_SECONDS))
+    yield with_force_drift(simulated(SINGLE_FAULT_CASE, "force", seconds or DRIFT_SECONDS))
     yield with_change(*(simulated(one, "force", seconds or CHANGED_SECONDS) for one in CHANGED_CASES))
 
 
@@ -113,6 +116,12 @@ def with_encoder_step(healthy: Recording) -> Recording:
     """The encoder is off by 1 mm from the middle on."""
     stepped = np.arange(len(healthy.force)) >= len(healthy.force) // 2
     return replace(healthy, name=STEP, deflection=healthy.deflection + 1e-3 * stepped)
+
+
+def with_force_drift(healthy: Recording) -> Recording:
+    """The force drifts by 2 N from the middle on, during a fifth of the recording, and stays off."""
+    share = np.arange(len(healthy.force)) / len(healthy.force)
+    return replace(healthy, name=DRIFT, force=healthy.force + 2.0 * np.clip((share - 0.5) / 0.2, 0.0, 1.0))
 
 
 def with_change(first: Recording, second: Recording) -> Recording:
