@@ -13,7 +13,7 @@ import numpy as np
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from vsa_bench.estimation.cases import case
-from vsa_bench.estimation.methods import _configuration
+from vsa_bench.estimation.methods import configuration
 from vsa_bench.estimation.recordings import record
 from vsa_bench.estimation.starts import draw
 from vsa_common.config.configuration import build, load
@@ -67,7 +67,7 @@ def of_cases() -> Iterator[Recording]:
         recording = record(one, [seed], SECONDS.get(name, 40.0))
         start = draw(one, float(recording.truth.deflection[0]), seed)
         formulation = "force_rate" if name.startswith("force_rate") else "force"
-        config = _configuration(formulation, recording, start)
+        config = configuration(formulation, recording, start)
         yield Recording(name, config, recording.stamps_ns, recording.force[0], recording.deflection[0])
 
 
@@ -76,7 +76,7 @@ def of_disturbances() -> Iterator[Recording]:
     one = case(motion="multisine", rate_hz=200)
     truth = record(one, [7], 30.0)
     start = draw(one, float(truth.truth.deflection[0]), 7)
-    config = _configuration("force", truth, start)
+    config = configuration("force", truth, start)
     for name, disturb in DISTURBANCES.items():
         stamps, force, deflection = truth.stamps_ns.copy(), truth.force[0].copy(), truth.deflection[0].copy()
         stamps, force, deflection = disturb(stamps, force, deflection, np.random.default_rng(3))

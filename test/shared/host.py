@@ -4,7 +4,7 @@ import functools
 import time
 from contextlib import ExitStack
 
-from vsa_bench.harness.delay import Lateness
+from vsa_bench.harness.wake_latency import WakeLatency
 
 LATE_WAKEUP = 0.02  # [s] lateness of a process of the highest priority above which the cores were suspended
 PERIOD = 0.01  # [s] between two wake-ups of that process
@@ -15,13 +15,13 @@ _ENTERED = ExitStack()
 
 
 @functools.cache
-def _lateness():
-    return _ENTERED.enter_context(Lateness(PERIOD))
+def _wake_latency():
+    return _ENTERED.enter_context(WakeLatency(PERIOD))
 
 
 def suspended_time():
     """Time for which cores were suspended since the first call [s], sum of all cores."""
-    late = _lateness().seconds()
+    late = _wake_latency().seconds()
     return float(late[late > LATE_WAKEUP].sum())
 
 

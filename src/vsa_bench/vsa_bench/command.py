@@ -1,14 +1,15 @@
-"""`./vsa bench estimation|live|joint|view|soak`: the suite's figures, beside what they are measured against."""
+"""`./vsa bench estimation|live|joint|ablation|view|soak`: figures of the suite, each with its reference."""
 
 import importlib
 import sys
 
 BENCHES = {
-    "estimation": "the estimators and their peers on simulated recordings",
-    "live": "the whole suite, running",
+    "estimation": "estimators, peers and the Cramer-Rao bound on simulated recordings",
+    "live": "rate, delay and cost of the running suite",
     "joint": "the joint's impedance against the simulated joint's response",
-    "view": "what the live page costs: processor time, and delay of the nodes with and without it",
-    "soak": "random frames, hours through the filter, the whole suite with its memory watched",
+    "ablation": "half and double of each tuned constant of the estimator",
+    "view": "processor time of the live page, and delay of the nodes with and without it",
+    "soak": "random frames, hours through the filter, memory of the running suite",
 }
 
 
@@ -19,7 +20,7 @@ def main(argv: list[str] | None = None) -> int:
         asked_for_help = bool(arguments) and arguments[0] in ("-h", "--help")
         listing = "\n".join(f"  {name:<12}{text}" for name, text in BENCHES.items())
         print(
-            f"usage: bench NAME [ARGS]    (bench NAME --help tells more)\n\n{listing}",
+            f"usage: bench NAME [ARGS]    (options: bench NAME --help)\n\n{listing}",
             file=sys.stdout if asked_for_help else sys.stderr,
         )
         return 0 if asked_for_help else 2

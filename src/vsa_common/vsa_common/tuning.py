@@ -1,6 +1,6 @@
 """Registry of tuned constants: each with unit, range, reason and evidence."""
 
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar, cast
 
 Value = TypeVar("Value", int, float, "tuple[float, ...]")
 
@@ -18,12 +18,17 @@ class Constant(NamedTuple):
 
 
 CONSTANTS: dict[str, dict[str, Constant]] = {}  # by module of declaration, by name
+OVERRIDES: dict[tuple[str, str], int | float | tuple[float, ...]] = {}  # by module and name, for `bench ablation`
 
 
 def constant(
     name: str, value: Value, unit: str, low: float, high: float, reason: str, evidence: str, *, module: str
 ) -> Value:
-    """Declare a tuned constant of `module`; its value. Raises ValueError out of range or declared twice."""
+    """Declare a tuned constant of `module`; its value. Raises ValueError out of range or declared twice.
+
+    An entry of OVERRIDES, of the same type, takes the place of `value`.
+    """
+    value = cast(Value, OVERRIDES.get((module, name), value))
     values = value if isinstance(value, tuple) else (value,)
     if not all(low <= one <= high for one in values):
         raise ValueError(f"{module}.{name} = {value!r} {unit}: must be within {low:g} to {high:g}")

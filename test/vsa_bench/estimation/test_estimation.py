@@ -1,4 +1,4 @@
-"""The bench's yardsticks against values worked out by hand, and its command."""
+"""Scores and bound of the bench against analytic values, and its command."""
 
 import json
 import math
@@ -25,7 +25,7 @@ def recording():
 
 
 def track(recording, error=0.0, std=0.01, valid=1.0) -> Track:
-    """A method that is `error` off everywhere and claims a relative `std`."""
+    """A method with the relative error `error` everywhere and the relative standard deviation `std`."""
     truth = recording.truth
     shape = recording.force.shape
     stiffness = np.broadcast_to((1.0 + error) * truth.stiffness, shape)
@@ -52,19 +52,19 @@ def test_errors_are_fractions(recording):
     assert result["nees"] == 3.0
 
 
-@pytest.mark.parametrize(("error", "held"), [(0.0, 1.0), (0.019, 1.0), (0.0205, 0.0)])
-def test_coverage_counts_intervals_that_hold_the_truth(recording, error, held):
-    assert score(track(recording, error), recording, None)["coverage"]["stiffness"] == held
+@pytest.mark.parametrize(("error", "covered"), [(0.0, 1.0), (0.019, 1.0), (0.0205, 0.0)])
+def test_coverage_counts_intervals_that_contain_the_truth(recording, error, covered):
+    assert score(track(recording, error), recording, None)["coverage"]["stiffness"] == covered
 
 
-def test_confidently_wrong_is_valid_and_four_deviations_off(recording):
+def test_confidently_wrong_counts_valid_samples_beyond_four_deviations(recording):
     assert confidently_wrong(track(recording, 0.05), recording)["stiffness"] == 1.0
     assert confidently_wrong(track(recording, 0.05, valid=0.0), recording)["stiffness"] == 0.0
     assert confidently_wrong(track(recording, 0.05, std=0.02), recording)["stiffness"] == 0.0
     assert confidently_wrong(track(recording, 0.009, std=1e-4), recording)["stiffness"] == 0.0
 
 
-def test_time_to_five_per_cent_is_when_it_stays_there():
+def test_time_to_five_per_cent_is_the_last_entry_into_the_band():
     time = np.arange(10) * 0.5
     error = np.zeros((4, 10))
     error[0, :4] = 0.2
@@ -73,16 +73,16 @@ def test_time_to_five_per_cent_is_when_it_stays_there():
     np.testing.assert_array_equal(time_to_accuracy(error, time), [2.0, 3.5, 0.0, np.inf])
 
 
-def test_nothing_that_diverged_counts_as_a_figure(recording):
-    nothing = Track(stiffness=np.full(recording.force.shape, np.nan))
-    result = score(nothing, recording, None)
+def test_a_diverged_run_gives_no_figure(recording):
+    diverged = Track(stiffness=np.full(recording.force.shape, np.nan))
+    result = score(diverged, recording, None)
     assert result["converged"] == 0.0
     assert result["stiffness_nrmse"] is None
     json.dumps(result, allow_nan=False)
 
 
 def test_the_bound_of_a_known_motion_is_that_of_weighted_least_squares(recording):
-    """With a quiet encoder the motion is known; the coefficients' bound is then prior + sum g g' / s^2, inverted."""
+    """Without encoder noise the motion is known; the coefficients' bound is then prior + sum g g' / s^2, inverted."""
     quiet = record(case(motion="slow2", deflection_noise_mm=1e-5, force_noise_n=0.017), [1], 20.0)
     start = draw(case(motion="slow2"), float(quiet.truth.deflection[0]), 1)
     bound = posterior_bound(quiet, start, 1e-3)
@@ -92,7 +92,7 @@ def test_the_bound_of_a_known_motion_is_that_of_weighted_least_squares(recording
     scaled = gradients * prior
     ideal = np.linalg.inv(np.eye(7) + scaled.T @ scaled / quiet.force_noise**2) * np.outer(prior, prior)
     assert bound.k2[-1] >= ideal[1, 1]
-    # what is left of the encoder's step is seen through the stiffness: 1.7 times as much noise as the sensor's at most
+    # the quantisation acts through the stiffness, with at most 1.7 times the noise of the force sensor
     assert bound.k2[-1] < 8.0 * ideal[1, 1]
     assert np.all(np.diff(bound.k2) <= 1e-9)
 
@@ -123,7 +123,7 @@ def test_the_jerk_density_of_a_sine_is_its_power_over_its_frequency():
     assert equivalent_jerk_density(truth) == pytest.approx(jerk**2 / w, rel=0.3)
 
 
-def test_sensors_see_the_truth_with_the_noise_of_the_case(recording):
+def test_samples_are_the_truth_with_the_noise_of_the_case(recording):
     force_error = recording.force - recording.truth.force
     deflection_error = recording.deflection - recording.truth.deflection
     assert force_error.std() == pytest.approx(0.017, rel=0.05)
@@ -132,7 +132,7 @@ def test_sensors_see_the_truth_with_the_noise_of_the_case(recording):
 
 
 def test_force_and_motion_obey_the_law():
-    """Eqs. (2) to (6) on what the rig gives."""
+    """Eqs. (2) to (6) on the truth of the rig."""
     truth = simulate(case().coefficients, "slow", 100, 30.0)
     c = truth.coefficients
     held = np.clip(truth.velocity, -c.maximum_speed, c.maximum_speed)
@@ -142,7 +142,7 @@ def test_force_and_motion_obey_the_law():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_bad_start_is_as_bad_as_it_says(seed):
+def test_a_bad_start_has_the_documented_errors(seed):
     one = case()
     c = one.coefficients
     elastic = c.k1 * math.exp(c.k2 * 0.0105)
@@ -153,7 +153,7 @@ def test_a_bad_start_is_as_bad_as_it_says(seed):
     assert start["inertia"] == pytest.approx(2.0 * c.inertia)
 
 
-def test_the_standard_cases_cover_what_matters():
+def test_the_default_cases_cover_all_motions_masses_and_rigs():
     assert {one.motion for one in DEFAULT} >= {"slow", "slow2", "multisine", "half_hz", "fast", "dwells", "one_hz"}
     assert {one.mass for one in DEFAULT} == {"light", "heavy"}
     assert {one.rig for one in DEFAULT} == set(RIGS)
@@ -182,7 +182,7 @@ def test_the_command_writes_every_method_with_every_key(tmp_path, capsys):
     assert "grioli_bicchi" in capsys.readouterr().out
 
 
-def test_options_multiply(tmp_path):
+def test_options_give_every_combination(tmp_path):
     arguments = [
         "--method",
         "menard",
@@ -204,7 +204,7 @@ def test_options_multiply(tmp_path):
     ]  # fmt: skip
 
 
-def test_seeds_are_fresh_unless_given(tmp_path):
+def test_seeds_are_random_unless_given(tmp_path):
     arguments = ["--method", "menard", "--seeds", "2", "--seconds", "5", "--motion", "slow", "--json"]
     seeds = []
     for extra in ([], [], ["--seed", "7"], ["--seed", "7"]):
@@ -214,7 +214,7 @@ def test_seeds_are_fresh_unless_given(tmp_path):
     assert seeds[2] == seeds[3]
 
 
-def test_bench_names_its_benches(capsys):
+def test_bench_lists_its_benches(capsys):
     assert bench.main(["nothing"]) == 2
     assert "estimation" in capsys.readouterr().err
     assert bench.main(["--help"]) == 0

@@ -1,4 +1,4 @@
-"""`./vsa bench live` and `./vsa bench view`: what they count is what there was."""
+"""`./vsa bench live` and `./vsa bench view`: counts, delays and processor time."""
 
 import json
 import os
@@ -7,8 +7,8 @@ import subprocess
 import numpy as np
 import pytest
 from vsa_bench.harness.deployment import Case
-from vsa_bench.harness.run import figures, perform
-from vsa_bench.harness.score import Heard, quantiles, score
+from vsa_bench.harness.run import figures, run_case
+from vsa_bench.harness.score import JointRecord, quantiles, score
 from vsa_bench.live.report import HEADER, row
 from vsa_bench.view import command as bench_view
 from vsa_common.ros.subprocesses import executable
@@ -22,8 +22,8 @@ RUN = {
 MS = 1_000_000
 
 
-def heard(delays_ms, sent=None, pair=lambda k: k):
-    """One joint at 1 kHz; `pair` says which sample of side 2 the message of sample k has."""
+def joint_record(delays_ms, sent=None, pair=lambda k: k):
+    """One joint at 1 kHz; `pair` gives the sample of side 2 in the message of sample k."""
     first = {1_000 * MS + k * MS: k for k in range(len(delays_ms))}
     second = {stamp_ns + 20_000: k for stamp_ns, k in first.items()}
     stamps = list(second)
@@ -32,31 +32,31 @@ def heard(delays_ms, sent=None, pair=lambda k: k):
         for (at, k), delay in zip(first.items(), delays_ms, strict=True)
         if delay is not None
     ]
-    return Heard(len(delays_ms) if sent is None else sent, np.array(rows, np.int64), first, second)
+    return JointRecord(len(delays_ms) if sent is None else sent, np.array(rows, np.int64), first, second)
 
 
 def test_delays_count_from_the_later_frame_of_a_sample():
-    result = score([heard([float(k) / 10.0 for k in range(11)])])
+    result = score([joint_record([float(k) / 10.0 for k in range(11)])])
     assert result.latency_ms == {"p50": 0.5, "p99": 0.99, "p999": 0.999, "max": 1.0}
     assert (result.sent, result.fused, result.lost, result.sustained) == (11, 11, 0, True)
 
 
-def test_a_sample_that_no_message_has_is_lost():
-    result = score([heard([0.5, None, 0.5, 0.5]), heard([0.5] * 4, sent=6)])
+def test_a_sample_without_a_message_is_lost():
+    result = score([joint_record([0.5, None, 0.5, 0.5]), joint_record([0.5] * 4, sent=6)])
     assert (result.sent, result.fused, result.lost, result.sustained) == (10, 7, 3, False)
 
 
-def test_sides_of_different_samples_in_one_message_are_no_sample():
-    result = score([heard([0.5] * 10, pair=lambda k: max(k - 1, 0))])
+def test_a_message_with_sides_of_different_samples_counts_no_sample():
+    result = score([joint_record([0.5] * 10, pair=lambda k: max(k - 1, 0))])
     assert result.fused == 1
 
 
 def test_a_growing_delay_is_not_sustained():
-    assert not score([heard(np.linspace(0.5, 50.0, 100).tolist())]).sustained
+    assert not score([joint_record(np.linspace(0.5, 50.0, 100).tolist())]).sustained
 
 
-def test_nothing_heard_is_nothing_sustained():
-    result = score([Heard(10, np.empty((0, 3), np.int64), {}, {})])
+def test_a_run_without_messages_is_not_sustained():
+    result = score([JointRecord(10, np.empty((0, 3), np.int64), {}, {})])
     assert (result.lost, result.sustained, result.latency_ms["p99"]) == (10, False, None)
     run = figures(Case("composed", 1000, 1, 1.0), result, {"composed": 50.0}, 0.0)
     run |= {"machine_late_ms": quantiles(np.empty(0)), "stolen_percent": 0.0}
@@ -84,7 +84,7 @@ def test_a_run_has_the_documented_form(runs):
     assert all(0.0 < percent < 400.0 for run in runs for percent in run["cpu_percent"].values())
 
 
-def test_how_late_the_machine_itself_was_stands_beside(runs):
+def test_a_run_has_the_wake_up_latency_of_the_machine(runs):
     assert all(0.0 <= run["stolen_percent"] < 100.0 * os.cpu_count() for run in runs)
     for late in (run["machine_late_ms"] for run in runs):
         assert 0.0 < late["p50"] <= late["p99"] <= late["max"]
@@ -96,17 +96,17 @@ def test_every_sample_of_every_joint_arrives(runs):
     assert all(0.05 < run["latency_ms"]["p50"] <= run["latency_ms"]["p99"] <= run["latency_ms"]["max"] for run in runs)
 
 
-def test_the_page_s_server_is_measured_beside_the_nodes(tmp_path):
+def test_the_server_of_the_page_is_measured_beside_the_nodes(tmp_path):
     case = Case("composed", 50, 1, 2.0)
-    besides = bench_view.beside(case, tmp_path)[bench_view.ELSEWHERE]
-    run = perform(case, tmp_path, besides)
+    start = bench_view.companions(case, tmp_path)[bench_view.ELSEWHERE]
+    run = run_case(case, tmp_path, start)
     assert set(run) == RUN
     assert (run["samples_sent"], run["samples_lost"]) == (100, 0)
     assert set(run["cpu_percent"]) == {"rig_simulator", "composed", "subscriber", "view"}
     assert 0.0 < run["cpu_percent"]["view"] < 400.0
 
 
-def test_the_page_s_cost_is_told_apart_from_that_of_the_nodes():
+def test_the_cost_of_the_page_is_separate_from_that_of_the_nodes():
     def run(view, suite, p99, lost):
         delays = {"p50": 0.5, "p99": p99, "p999": 3.0, "max": 4.0}
         cpu = {"rig_simulator": 90.0, "subscriber": 80.0, "driver": 10.0, "joint": suite - 10.0} | view

@@ -1,4 +1,4 @@
-"""The peers on data that they were made for, and the filter of eq. (17) against its print."""
+"""The peers on data that fit their models, and the filter of eq. (17) against its printed form."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ D1, D2 = 4000.0, -1.089e8
 
 
 def spring(deflection):
-    """A cubic spring: within reach of the polynomials."""
+    """A cubic spring, which the polynomials represent exactly."""
     return 5.0 + 2e3 * deflection + 1e7 * deflection**3
 
 
@@ -29,27 +29,27 @@ def data():
 
 
 @pytest.mark.parametrize("peer", [recursive_least_squares.fit, menard.fit])
-def test_polynomial_fits_find_a_polynomial_spring_and_its_damper(data, peer):
+def test_polynomial_fits_converge_to_a_polynomial_spring_and_its_damper(data, peer):
     x, force, v = data
-    found, damping, d2 = peer(force, x, RATE, SPEED_LIMIT, 0.0)
+    estimate, damping, d2 = peer(force, x, RATE, SPEED_LIMIT, 0.0)
     late = np.s_[:, 3000:5900]
-    np.testing.assert_allclose(found[late], stiffness(x)[late], rtol=0.05)
+    np.testing.assert_allclose(estimate[late], stiffness(x)[late], rtol=0.05)
     np.testing.assert_allclose(damping[late], (D1 + 3.0 * D2 * v**2)[late], atol=0.15 * D1)
     assert d2[0] == pytest.approx(D2, rel=0.3)
 
 
-def test_the_observer_finds_the_stiffness_of_a_linear_spring():
+def test_the_observer_converges_to_the_stiffness_of_a_linear_spring():
     x = 0.010 + 0.004 * np.sin(2.0 * np.pi * 0.3 * TIME)[None]
-    found = grioli_bicchi.stiffness(5.0 + 3000.0 * x, x, RATE, 0.0, -1.0)
-    assert found[0, -1] == pytest.approx(3000.0, rel=0.01)
-    assert abs(found[0, 5] / 3000.0 - 1.0) > 0.05
+    estimate = grioli_bicchi.stiffness(5.0 + 3000.0 * x, x, RATE, 0.0, -1.0)
+    assert estimate[0, -1] == pytest.approx(3000.0, rel=0.01)
+    assert abs(estimate[0, 5] / 3000.0 - 1.0) > 0.05
 
 
-def test_the_observer_is_told_the_damper(data):
+def test_the_observer_is_more_accurate_with_the_law_of_the_damper(data):
     x, force, _ = data
-    told = grioli_bicchi.stiffness(force, x, RATE, D1, D2)
-    untold = grioli_bicchi.stiffness(force, x, RATE, 0.0, D2)
-    errors = [np.abs(found - stiffness(x))[0, 2000:].mean() for found in (told, untold)]
+    with_law = grioli_bicchi.stiffness(force, x, RATE, D1, D2)
+    without_law = grioli_bicchi.stiffness(force, x, RATE, 0.0, D2)
+    errors = [np.abs(one - stiffness(x))[0, 2000:].mean() for one in (with_law, without_law)]
     assert errors[0] < 0.9 * errors[1]
 
 
@@ -85,7 +85,7 @@ def test_forgetting_least_squares_is_the_weighted_batch_solution():
     np.testing.assert_allclose(solver.coefficients[0], batch, rtol=1e-9)
 
 
-def test_eq_17_is_what_the_paper_prints():
+def test_eq_17_is_as_the_paper_prints_it():
     z = np.array([[10.0, 2.0, 3.0, 5.0, 4.0, 0.5, 0.25, -0.1]])
     new, jacobian, by_input = literal_eq17._step(z, np.array([7.0]), 0.01)
     row3 = 3.0 - (5.0 + 3.0 * 4.0) * 0.01 / 0.5 + 7.0 * 0.01 / 0.5
@@ -103,12 +103,12 @@ def test_eq_17_is_what_the_paper_prints():
 
 
 def test_eq_17_as_printed_does_not_converge():
-    """From the truth itself: D T / M of 100 at 100 Hz is far beyond what an Euler step bears."""
+    """From the truth itself: D T / M of 100 at 100 Hz is beyond the stability limit of an Euler step."""
     x = (0.010 + 0.003 * np.sin(2.0 * np.pi * 0.1 * TIME))[None]
     sigma = 0.776 * 267.2 * np.exp(267.2 * x)
     force = 16.39 + sigma / 267.2 + D1 * np.gradient(x[0], 0.01)[None]
     state = np.array([[x[0, 0], 0.0, 0.0, sigma[0, 0], D1, 0.3755, 267.2, D2]])
     start = literal_eq17.Start(state, 0.1 * np.abs(state) + 1e-5, 0.017, 1e-5)
-    found = literal_eq17.run(force, x, RATE, start)[0, :, 3]
+    estimate = literal_eq17.run(force, x, RATE, start)[0, :, 3]
     with np.errstate(invalid="ignore"):
-        assert not np.all(np.abs(found[-1000:] / sigma[0, -1000:] - 1.0) < 0.5)
+        assert not np.all(np.abs(estimate[-1000:] / sigma[0, -1000:] - 1.0) < 0.5)

@@ -2,32 +2,32 @@
 
 import pytest
 from vsa_bench.command import main
-from vsa_bench.soak.command import faults
+from vsa_bench.soak.command import out_of_bounds
 from vsa_bench.soak.filter import soak_filter, soak_frames
 
 
-def test_twenty_thousand_random_frames_leave_nothing_unsound():
+def test_random_frames_give_only_valid_outputs():
     figures = soak_frames(20_000)
     assert figures["unsound"] == 0
-    assert faults({"frames": figures}) == []
+    assert out_of_bounds({"frames": figures}) == []
 
 
-def test_five_minutes_of_motion_leave_the_filter_sound():
+def test_the_covariance_stays_valid_over_five_minutes_of_motion():
     figures = soak_filter(5.0 / 60.0)
     assert figures["samples_fused"] == 7_500
     assert (figures["unsound"], figures["wrong_but_valid"], figures["resets"]) == (0, 0, 0)
     assert figures["worst_stiffness_error"] < 0.01
-    assert faults({"filter": figures}) == []
+    assert out_of_bounds({"filter": figures}) == []
 
 
-def test_what_grows_or_is_lost_is_said():
+def test_growth_and_losses_are_out_of_bounds():
     live = {"samples_lost": 3, "rss_growth_mb": {"joint": 25.0, "driver": 1.0}, "descriptors_growth": {"driver": 2}}
-    said = ["live: samples_lost 3", "live: joint grew by 25.0 MB", "live: driver opened 2 descriptors"]
-    assert faults({"live": live}) == said
+    texts = ["live: samples_lost 3", "live: joint grew by 25.0 MB", "live: driver opened 2 descriptors"]
+    assert out_of_bounds({"live": live}) == texts
 
 
-def test_the_command_is_found_and_nothing_to_do_is_nothing_amiss(capsys):
+def test_the_command_without_a_part_is_within_bounds(capsys):
     assert main(["soak", "--frames", "0", "--hours", "0", "--live", "0"]) == 0
-    assert "nothing amiss" in capsys.readouterr().out
+    assert "within bounds" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         main(["soak", "--hours", "many"])

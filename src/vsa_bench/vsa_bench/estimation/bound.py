@@ -1,4 +1,4 @@
-"""Posterior Cramer-Rao bound: the covariance that no unbiased estimator can beat.
+"""Posterior Cramer-Rao bound: the least covariance of an unbiased estimator.
 
 P. Tichavsky, C. Muravchik, A. Nehorai, "Posterior Cramer-Rao bounds for discrete-time nonlinear filtering", IEEE Trans.
 Signal Processing 46(5), 1998: with Gaussian noise it is the Riccati recursion linearised at the truth. Constant
@@ -22,7 +22,7 @@ START_ACCELERATION_MM = 5.0  # and acceleration [mm/s^2]
 
 @dataclass(frozen=True)
 class Bound:
-    """Least variances along a recording, SI."""
+    """Least variances along a recording, (samples,), SI."""
 
     ln_stiffness: Array
     damping: Array
@@ -31,7 +31,7 @@ class Bound:
 
 
 def equivalent_jerk_density(truth: Truth) -> float:
-    """White jerk [m^2/s^5] with the same power at low frequency as the true, coloured one."""
+    """White jerk [m^2/s^5] with the low-frequency power of the true, coloured jerk."""
     dt = truth.time[1] - truth.time[0]
     jerk = np.gradient(truth.acceleration, dt)
     correlation_time = float(np.sqrt(np.mean(truth.acceleration**2) / np.mean(jerk**2)))
@@ -52,7 +52,7 @@ def force_gradients(truth: Truth) -> Array:
 
 
 def posterior_bound(recording: Recording, start: Start, jerk_density: float) -> Bound:
-    """The bound for one start, with process noise `jerk_density` [m^2/s^5]."""
+    """The bound for the uncertainty of one start, with process noise `jerk_density` [m^2/s^5]."""
     truth = recording.truth
     dt = 1.0 / recording.rate
     deflection_variance = 1e6 * (recording.deflection_noise**2 + RESOLUTION**2 / 12.0)
@@ -78,13 +78,13 @@ def posterior_bound(recording: Recording, start: Start, jerk_density: float) -> 
     for k, row in enumerate(measured):
         if k:
             p = transition @ p @ transition.T + noise
-        p = _corrected(p, position, deflection_variance)
-        p = _corrected(p, row, recording.force_noise**2)
+        p = _updated(p, position, deflection_variance)
+        p = _updated(p, row, recording.force_noise**2)
         result[k] = np.einsum("oi,ij,oj->o", outputs[:, k], p, outputs[:, k])
     return Bound(*result.T)
 
 
-def _corrected(p: Array, row: Array, variance: float) -> Array:
+def _updated(p: Array, row: Array, variance: float) -> Array:
     ph = p @ row
     p = p - np.outer(ph, ph) / (row @ ph + variance)
     return np.asarray(0.5 * (p + p.T))

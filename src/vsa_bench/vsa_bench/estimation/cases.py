@@ -1,4 +1,4 @@
-"""What is compared on what: rigs, motions and noise of `./vsa bench estimation`; the motions are the rig's."""
+"""Cases of `./vsa bench estimation`: rigs, motions of the simulated rig, noise, start values."""
 
 from dataclasses import dataclass, replace
 from itertools import product
@@ -6,7 +6,7 @@ from itertools import product
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Truth of one transmission, eqs. (2) and (5), SI."""
+    """True coefficients of one transmission, eqs. (2) and (5), SI."""
 
     force_offset: float  # F0 [N]
     k1: float  # [N]
@@ -18,7 +18,7 @@ class Coefficients:
 
     @property
     def maximum_speed(self) -> float:
-        """Speed v* [m/s] beyond which the damper holds its greatest force."""
+        """Speed v* [m/s] at which the damper force is greatest; beyond it the force is constant."""
         return float((self.d1 / (-3.0 * self.d2)) ** 0.5)
 
 
@@ -62,7 +62,7 @@ class Case:
 
     @property
     def label(self) -> str:
-        """A short name, as the table shows it."""
+        """Name in tables: what differs from the defaults."""
         parts = [
             "T" + self.transmission[-1] if self.rig == "paper" else f"{self.rig} T{self.transmission[-1]}",
             self.motion,
@@ -76,12 +76,12 @@ class Case:
 
 
 def default_friction(rig: str, transmission: str) -> float:
-    """Coulomb friction of a rig where the case does not say another [N]."""
+    """Coulomb friction of a rig [N], the default of its cases."""
     return RIGS[rig][transmission].coulomb_friction
 
 
 def case(transmission: str = "transmission_1", motion: str = "multisine", **changes: object) -> Case:
-    """A case with the rig's own friction and the force noise that goes with the deflection noise, where not given."""
+    """A case; friction defaults to the rig's own, force noise to FORCE_NOISE of the deflection noise."""
     rig = str(changes.get("rig", "paper"))
     changes.setdefault("coulomb_friction_n", default_friction(rig, transmission))
     changes.setdefault("force_noise_n", FORCE_NOISE.get(float(str(changes.get("deflection_noise_mm", 0.01))), 0.017))

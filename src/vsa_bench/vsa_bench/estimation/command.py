@@ -26,7 +26,7 @@ AXES = ("transmission", "rig", "motion", "mass", "rate_hz", "deflection_noise_mm
 
 
 def run_case(one: Case, seeds: list[int], methods: Sequence[str], seconds: float) -> dict[str, dict[str, Any]]:
-    """All methods on one case: their scores, by method."""
+    """Scores of all methods on one case, by method."""
     recording = record(one, seeds, seconds)
     starts = [draw(one, float(recording.truth.deflection[0]), seed) for seed in seeds]
     tracks = {name: METHODS[name](recording, starts) for name in methods}
@@ -82,7 +82,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="bench estimation",
         description="Estimators, peers and the posterior Cramer-Rao bound on the same simulated recordings. "
-        "Without a choice of cases: a subset that shows all. With one: every combination of what is given.",
+        "Without a choice of cases: a subset that covers all axes. With one: every combination of the given values.",
     )
     group = parser.add_argument_group("cases, each option with one value or several")
     group.add_argument("--transmission", nargs="+", choices=sorted(RIGS["paper"]))
@@ -95,15 +95,19 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
         + ", ".join(f"{mm:g} mm goes with {n:g} N of force noise" for mm, n in FORCE_NOISE.items()),
     )  # fmt: skip
     group.add_argument(
-        "--friction", nargs="+", type=float, dest="coulomb_friction_n", metavar="N", help="the rig's own by default"
+        "--friction", nargs="+", type=float, dest="coulomb_friction_n", metavar="N", help="default: the rig's own"
     )
     group.add_argument("--start", nargs="+", choices=["good", "bad"])
     parser.add_argument(
-        "--force-noise", type=float, dest="force_noise_n", metavar="N", help="other than goes with --noise"
+        "--force-noise",
+        type=float,
+        dest="force_noise_n",
+        metavar="N",
+        help="default: that of --noise",
     )
     parser.add_argument("--method", nargs="+", choices=list(METHODS), default=list(METHODS))
     parser.add_argument("--seeds", type=int, metavar="COUNT", help=f"runs a case ({SEEDS}; {QUICK_SEEDS} with --quick)")
-    parser.add_argument("--seed", type=int, help="to repeat a bench; drawn afresh otherwise")
+    parser.add_argument("--seed", type=int, help="base of the seeds; random by default")
     parser.add_argument("--seconds", type=float, default=60.0, help="length of a recording (60)")
     parser.add_argument("--quick", action="store_true", help="two cases, two seeds: within a minute")
     parser.add_argument("--json", type=Path, metavar="FILE")

@@ -1,10 +1,10 @@
-"""The methods of the bench, each from recordings and start values to a track."""
+"""Methods of the bench: each computes a track from recordings and start values."""
 
 import time
 from collections.abc import Callable
 
 import numpy as np
-from vsa_bench.estimation.recordings import RESOLUTION, Recording
+from vsa_bench.estimation.recordings import Recording
 from vsa_bench.estimation.starts import Start
 from vsa_bench.estimation.track import Track
 from vsa_bench.peers import grioli_bicchi, literal_eq17, menard, recursive_least_squares
@@ -37,7 +37,7 @@ NEES_PART = np.ix_([0, 1, 2], [0, 1, 2])
 
 def _estimator(formulation: str) -> Method:
     def run(recording: Recording, starts: list[Start]) -> Track:
-        warm_up(formulation)
+        precompile(formulation)
         began = time.process_time()
         runs = [_one_run(formulation, recording, start, row) for row, start in enumerate(starts)]
         seconds = time.process_time() - began
@@ -50,16 +50,15 @@ def _estimator(formulation: str) -> Method:
     return run
 
 
-def _configuration(formulation: str, recording: Recording, start: Start) -> EstimatorConfig:
-    values: dict[str, object] = {"formulation": formulation, "force_noise_std": recording.force_noise}
-    values |= {"deflection_noise_std": recording.deflection_noise, "deflection_resolution": RESOLUTION}
-    return build(EstimatorConfig, values | start.parameters())
+def configuration(formulation: str, recording: Recording, start: Start) -> EstimatorConfig:
+    """Parameters of an estimator with the noise of `recording` and the start values `start`."""
+    return build(EstimatorConfig, {"formulation": formulation} | recording.noise_parameters() | start.parameters())
 
 
 def _one_run(
     formulation: str, recording: Recording, start: Start, row: int
 ) -> tuple[list[tuple[float, ...]], list[State]]:
-    estimator = create_estimator(_configuration(formulation, recording, start))
+    estimator = create_estimator(configuration(formulation, recording, start))
     every = round(recording.rate)
     samples = zip(
         recording.stamps_ns.tolist(), recording.force[row].tolist(), recording.deflection[row].tolist(), strict=True
@@ -76,7 +75,7 @@ def _one_run(
 
 
 def _nees(state: State, recording: Recording) -> float:
-    """Normalised squared error of [ln_stiffness_reference k2 d1]: 3 on average where the covariance is right."""
+    """Normalised estimation error squared of [ln_stiffness_reference k2 d1]; its mean is 3 for a consistent filter."""
     c = recording.truth.coefficients
     true = [np.log(c.k1 * c.k2) + c.k2 * state.deflection_reference, c.k2, c.d1]
     error = np.array([state.ln_stiffness_reference, state.k2, state.d1]) - true
@@ -86,8 +85,8 @@ def _nees(state: State, recording: Recording) -> float:
     return float(error @ np.linalg.solve(covariance / np.outer(scale, scale) + 1e-9 * np.eye(3), error))
 
 
-def warm_up(formulation: str) -> None:
-    """Compile what is compiled at its first use, so that it does not count."""
+def precompile(formulation: str) -> None:
+    """Run an estimator once, so that compilation does not count as computing time."""
     estimator = create_estimator(build(EstimatorConfig, {"formulation": formulation}))
     for k in range(600):
         phase = 2.0 * np.pi * 0.2 * 0.01 * k
@@ -98,7 +97,7 @@ def warm_up(formulation: str) -> None:
 def _literal(recording: Recording, starts: list[Start]) -> Track:
     began = time.process_time()
     state, std = (
-        np.array([_eight(start, recording, row, spread) for row, start in enumerate(starts)]) for spread in (0, 1)
+        np.array([_eq17_start(start, recording, row, spread) for row, start in enumerate(starts)]) for spread in (0, 1)
     )
     start = literal_eq17.Start(state, std, recording.force_noise, recording.deflection_noise)
     z = literal_eq17.run(recording.force, recording.deflection, recording.rate, start)
@@ -108,7 +107,7 @@ def _literal(recording: Recording, starts: list[Start]) -> Track:
     )  # fmt: skip
 
 
-def _eight(start: Start, recording: Recording, row: int, spread: int) -> list[float]:
+def _eq17_start(start: Start, recording: Recording, row: int, spread: int) -> list[float]:
     """Start value (spread 0) or standard deviation (1) of the states of eq. (17)."""
     v, s = start.value, start.std
     force, deflection = recording.force[row, 0], recording.deflection[row, 0]

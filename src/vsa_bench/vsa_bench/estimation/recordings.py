@@ -1,4 +1,4 @@
-"""Simulated recordings with their truth: the one place where the bench meets the rig."""
+"""Simulated recordings with their truth; the only module of the bench that imports the rig."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_bench.estimation.cases import Case, Coefficients
 from vsa_common.types import Array
-from vsa_simulator.rig import single_transmission as bench
+from vsa_simulator.rig import single_transmission
 from vsa_simulator.rig.config import TransmissionConfig
 
 RESOLUTION = 1e-5  # step of the encoder [m]
@@ -15,7 +15,7 @@ RESOLUTION = 1e-5  # step of the encoder [m]
 
 @dataclass(frozen=True)
 class Truth:
-    """What really happened, sample by sample, SI."""
+    """True motion and force at each sample, SI."""
 
     coefficients: Coefficients
     time: Array
@@ -32,14 +32,14 @@ class Truth:
 
     @property
     def damping(self) -> Array:
-        """D = d1 + 3 d2 v^2 [N s/m], zero beyond the damper's greatest force."""
+        """D = d1 + 3 d2 v^2 [N s/m], zero beyond the peak speed of the damper."""
         c = self.coefficients
         return np.where(np.abs(self.velocity) < c.maximum_speed, c.d1 + 3.0 * c.d2 * self.velocity**2, 0.0)
 
 
 @dataclass(frozen=True)
 class Recording:
-    """What the sensors said about one truth, one row a seed."""
+    """Sensor samples of one truth, one row a seed."""
 
     truth: Truth
     rate: float  # [Hz]
@@ -53,9 +53,17 @@ class Recording:
         """Capture stamps [ns]."""
         return np.round((1.0 + self.truth.time) * 1e9).astype(np.int64)
 
+    def noise_parameters(self) -> dict[str, float]:
+        """The estimator's parameters of the sensor noise."""
+        return {
+            "force_noise_std": self.force_noise,
+            "deflection_noise_std": self.deflection_noise,
+            "deflection_resolution": RESOLUTION,
+        }
+
 
 def record(case: Case, seeds: list[int], seconds: float = 60.0) -> Recording:
-    """The sensors' view of `case`: white noise on both, the encoder's steps on deflection."""
+    """Simulate `case`: white noise on both sensors, quantisation on deflection."""
     truth = simulate(case.coefficients, case.motion, case.rate_hz, seconds)
     noise = case.deflection_noise_mm * 1e-3
     force, deflection = [], []
@@ -69,11 +77,11 @@ def record(case: Case, seeds: list[int], seconds: float = 60.0) -> Recording:
 
 @lru_cache(maxsize=8)
 def simulate(coefficients: Coefficients, motion: str, rate: int, seconds: float) -> Truth:
-    """Truth of one transmission on the rig's bench: the far end of its tendon is moved."""
+    """Truth of one transmission whose tendon is moved at its far end."""
     c = coefficients
     transmission = TransmissionConfig(
         c.force_offset, c.k1, c.k2, c.d1, c.d2, coulomb_friction=c.coulomb_friction, inertia=c.inertia
     )
-    columns = bench.simulate(transmission, bench.MOTIONS[motion], seconds, rate)
-    named = dict(zip(bench.COLUMNS, columns.T.copy(), strict=True))
+    columns = single_transmission.simulate(transmission, single_transmission.MOTIONS[motion], seconds, rate)
+    named = dict(zip(single_transmission.COLUMNS, columns.T.copy(), strict=True))
     return Truth(c, *(named[name] for name in ("time", "deflection", "velocity", "acceleration", "force")))

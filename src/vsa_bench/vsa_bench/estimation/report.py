@@ -1,4 +1,4 @@
-"""The bench's results for people: a table and a figure."""
+"""Table and figure of the results."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -29,7 +29,7 @@ def rows(cases: Sequence[Case], results: Sequence[dict[str, dict[str, Any]]]) ->
     for case, methods in zip(cases, results, strict=True):
         for name, r in methods.items():
             cover, valid, wrong, ratios = r["coverage"], r["valid_share"], r["confidently_wrong"], r["ratios_to_bound"]
-            known = [share for share in wrong.values() if share is not None]
+            defined = [share for share in wrong.values() if share is not None]
             table.append(
                 [
                     case.label if name == next(iter(methods)) else "",
@@ -41,7 +41,7 @@ def rows(cases: Sequence[Case], results: Sequence[dict[str, dict[str, Any]]]) ->
                     _text(cover["stiffness_from_1s"], 1, 2),
                     _text(r["nees"], 1, 1),
                     "/".join(_text(ratios.get(key), 1, 1) for key in ("stiffness", "k2")),
-                    _text(max(known) if known else None, 1, 3),
+                    _text(max(defined) if defined else None, 1, 3),
                     "/".join(_text(valid[key], 1, 1) for key in ("stiffness", "damping", "inertia")),
                     _text(r["us_per_step"], 1, 1),
                 ]
@@ -51,7 +51,7 @@ def rows(cases: Sequence[Case], results: Sequence[dict[str, dict[str, Any]]]) ->
 
 def plot(cases: Sequence[Case], results: Sequence[dict[str, dict[str, Any]]], path: Path) -> None:
     """Stiffness error of every method on every case, and coverage of the methods that state an interval."""
-    figure, (left, right) = panels(1, 2, height=1.9 + 0.3 * len(cases), title="Stiffness, side by side")
+    figure, (left, right) = panels(1, 2, height=1.9 + 0.3 * len(cases), title="Error and coverage of the stiffness")
     places = np.arange(len(cases))[::-1]
     for name, marker in MARKERS.items():
         colour = COLOURS.get(name, TRUTH if name == "literal_eq17" else MEASURED)

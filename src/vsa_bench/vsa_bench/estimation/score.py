@@ -1,4 +1,4 @@
-"""How good a track is: the columns of the bench."""
+"""Scores of a track: the columns of the bench."""
 
 from typing import Any
 
@@ -14,20 +14,20 @@ Mask = NDArray[np.bool_]
 
 SETTLED = 0.7  # errors are scored over what follows this share of a recording
 CONVERGED = 0.05  # relative error of stiffness
-HONEST_FROM = 1.0  # [s]; stiffness' interval must hold from here on
+CONSISTENT_FROM = 1.0  # [s]; from here on the interval of the stiffness is scored
 TWO_SIDED_95 = 1.959964
 WRONG_STDS, WRONG_SHARE = 4.0, 0.01  # confidently wrong: valid, and beyond both
 
 
 def score(track: Track, recording: Recording, bound: Bound | None) -> dict[str, Any]:
-    """All columns of one method on one case; a figure that the method does not give is None.
+    """All columns of one method on one case; None for a quantity that the method does not estimate.
 
     Errors are fractions: stiffness and damping are the median over the seeds of each run's error, root mean square over
     the settled part and relative to the quantity's own; k2 and d2 are the root mean square over the seeds at the end.
     """
     truth = recording.truth
     settled = np.arange(len(truth.time)) >= SETTLED * len(truth.time)
-    later = truth.time >= HONEST_FROM
+    later = truth.time >= CONSISTENT_FROM
     with np.errstate(all="ignore"):
         ln_error = np.log(np.maximum(track.stiffness, 1e-9) / truth.stiffness)
         gives_variance = track.stiffness_variance.shape[1] > 1
@@ -76,7 +76,7 @@ def nrmse(estimate: Array, true: Array, part: Mask) -> Array:
 
 
 def confidently_wrong(track: Track, recording: Recording) -> dict[str, float | None]:
-    """Share of samples, start included, that are valid, yet off by more than 4 standard deviations and 1 %."""
+    """Share of all samples that are valid and off by more than 4 standard deviations and 1 %."""
     truth = recording.truth
     inertia = np.full_like(truth.time, truth.coefficients.inertia)
     result: dict[str, float | None] = {}
@@ -107,17 +107,17 @@ def _damping_nrmse(track: Track, recording: Recording, settled: Mask) -> Array:
     valid = track.damping_valid if track.damping_valid.shape[1] > 1 else np.ones_like(track.damping)
     use = settled & (valid > 0) & (np.abs(truth.velocity) < truth.coefficients.maximum_speed)
     squares = np.where(use, (track.damping - truth.damping) ** 2, 0.0).sum(axis=1)
-    own = np.where(use, truth.damping**2, 0.0).sum(axis=1)
-    return np.sqrt(np.divide(squares, own, out=np.full(len(own), np.nan), where=own > 0.0))
+    true_squares = np.where(use, truth.damping**2, 0.0).sum(axis=1)
+    return np.sqrt(np.divide(squares, true_squares, out=np.full(len(true_squares), np.nan), where=true_squares > 0.0))
 
 
 def _coverage(error: Array, variance: Array, part: Mask, valid: Array | None = None) -> float | None:
-    """Share of samples whose 95 % interval holds the truth."""
+    """Share of samples whose 95 % interval contains the truth."""
     if variance.shape[1] == 1:
         return None
-    held = (np.abs(error) <= TWO_SIDED_95 * np.sqrt(variance))[:, part]
-    use = np.ones_like(held) if valid is None else valid[:, part] > 0
-    return float(np.mean(held[use])) if use.any() else None
+    covered = (np.abs(error) <= TWO_SIDED_95 * np.sqrt(variance))[:, part]
+    use = np.ones_like(covered) if valid is None else valid[:, part] > 0
+    return float(np.mean(covered[use])) if use.any() else None
 
 
 def _worst(ln_error: Array, times: Array, time: Array) -> float | None:

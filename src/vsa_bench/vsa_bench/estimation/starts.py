@@ -1,4 +1,4 @@
-"""Start values of a run: what someone knows who has identified the rig, or who has only its data sheet."""
+"""Start values of a run: as identified on the rig, or as taken from its data sheet."""
 
 import math
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Start:
 def draw(case: Case, first_deflection: float, seed: int) -> Start:
     """Start values of one run.
 
-    good: as `identify` gives them. bad: k2 30 % and stiffness by a factor 2 too high or too low, d1 x 0.6 or 1.6,
+    good: with the errors of `identify`. bad: k2 30 % and stiffness by a factor 2 too high or too low, d1 x 0.6 or 1.6,
     d2 halved, inertia doubled, friction as in the data sheet.
     """
     random = np.random.default_rng([seed, 1])
@@ -43,14 +43,14 @@ def draw(case: Case, first_deflection: float, seed: int) -> Start:
     high = random.random() < 0.5
     elastic = c.k1 * math.exp(c.k2 * first_deflection)
     k2 = c.k2 * (1.3 if high else 0.7)
-    guessed_elastic = elastic * c.k2 * (2.0 if high else 0.5) / k2
+    start_elastic = elastic * c.k2 * (2.0 if high else 0.5) / k2
     value = {
         "k2": k2,
         "d1": c.d1 * (0.6 if random.random() < 0.5 else 1.6),
         "d2": 0.5 * c.d2,
         "inertia": 2.0 * c.inertia,
     }
-    value |= {"force_offset": c.force_offset + elastic - guessed_elastic, "coulomb_friction": 0.3}
+    value |= {"force_offset": c.force_offset + elastic - start_elastic, "coulomb_friction": 0.3}
     std = {"k2": 0.3 * k2, "d1": 0.6 * value["d1"], "d2": -value["d2"], "inertia": value["inertia"]}
     std |= {"force_offset": BAD_FORCE_OFFSET_SHARE * (c.force_offset + elastic), "coulomb_friction": 0.3}
     return Start(value, std)

@@ -1,4 +1,4 @@
-"""What a process has used so far, and what the machine was not given, from /proc."""
+"""Processor time and memory of a process, and steal time of the machine, from /proc."""
 
 import os
 from pathlib import Path
@@ -14,10 +14,10 @@ def cpu_seconds(pid: int) -> float:
 
 
 def resident_mb(pid: int) -> float:
-    """Memory that a process occupies [MB]."""
+    """Resident memory of a process [MB]."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE / 1e6
 
 
 def stolen_seconds() -> float:
-    """Processor time of all cores that the host of this virtual machine gave to others while we had use for it [s]."""
+    """Steal time of all cores [s]: runnable, while the hypervisor ran others."""
     return int(Path("/proc/stat").read_text().split("\n", 1)[0].split()[8]) / _TICKS

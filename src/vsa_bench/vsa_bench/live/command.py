@@ -1,4 +1,4 @@
-"""`./vsa bench live`: what rate the suite sustains, at what delay, and what it costs."""
+"""`./vsa bench live`: sustained rate, delay and cost of the suite."""
 
 import argparse
 import json
@@ -10,8 +10,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from vsa_bench.harness.deployment import COMPOSED, MODES, ORDINARY, SEPARATE, Case
-from vsa_bench.harness.run import perform
+from vsa_bench.harness.deployment import COMPOSED, MODES, SEPARATE, STANDARD_EXECUTOR, Case
+from vsa_bench.harness.run import run_case
 from vsa_bench.live.report import HEADER, NOTE, plot, row
 from vsa_common.ros.subprocesses import ProcessError, renice
 from vsa_common.terminal import progress, show_table
@@ -21,7 +21,7 @@ RATES = (100, 200, 500, 1000, 2000)
 DURATION_S, QUICK_S = 10.0, 15.0
 DEFAULT = (
     *((mode, rate, 1) for mode in (SEPARATE, COMPOSED) for rate in RATES),
-    *((ORDINARY, rate, 1) for rate in (500, 1000)),
+    *((STANDARD_EXECUTOR, rate, 1) for rate in (500, 1000)),
     (SEPARATE, 500, 2),
     *((COMPOSED, rate, 2) for rate in (500, 1000)),
 )
@@ -38,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
         with tempfile.TemporaryDirectory() as scratch, progress(len(cases), "", count=True) as bar:
             for i, case in enumerate(cases):
                 bar.advance(0, f"{case.mode}, {case.joints} x {case.rate_hz} Hz")
-                runs.append(perform(case, (options.logs or Path(scratch)) / str(i)))
+                runs.append(run_case(case, (options.logs or Path(scratch)) / str(i)))
                 bar.advance(1)
     except KeyboardInterrupt:
         print("bench live: stopped", file=sys.stderr)
@@ -74,20 +74,20 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="bench live",
         description="Simulated rigs on a CAN bus interface; the suite as separate processes, composed in one, and "
-        "under rclpy's ordinary executor: samples, delays, processor time and memory. Without a choice of runs: a "
-        "subset that shows all. With one: every combination of what is given.",
+        "under rclpy's standard executor: samples, delays, processor time and memory. Without a choice of runs: a "
+        "subset that covers all modes and rates. With one: every combination of the given values.",
     )
     parser.add_argument("--mode", nargs="+", choices=MODES)
     parser.add_argument("--rate", nargs="+", type=int, metavar="HZ", help="samples a second")
     parser.add_argument("--joints", nargs="+", type=int, choices=range(1, 9), metavar="N")
     parser.add_argument("--duration", type=float, metavar="S", help=f"of a run ({DURATION_S:g})")
     parser.add_argument("--repeat", type=int, default=1, metavar="N", help="runs of each kind")
-    parser.add_argument("--nice", type=int, default=0, metavar="N", help="-20 to 19: beside the machine's other work")
-    parser.add_argument("--asleep", action="store_true", help="composed without realtime.busy: waits for frames asleep")
+    parser.add_argument("--nice", type=int, default=0, metavar="N", help="-20 to 19, of every process of the suite")
+    parser.add_argument("--asleep", action="store_true", help="composed without realtime.busy: blocks while it waits")
     parser.add_argument("--quick", action="store_true", help="1 kHz, separate and composed: within a minute")
     parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="png, svg or pdf")
-    parser.add_argument("--logs", type=Path, metavar="DIR", help="keep what the nodes said there")
+    parser.add_argument("--logs", type=Path, metavar="DIR", help="keep the output of the nodes there")
     return parser.parse_args(argv)
 
 

@@ -1,10 +1,10 @@
-"""The runs for people: a table and a figure."""
+"""Table and figure of the runs."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from vsa_bench.harness.deployment import COMPOSED, ORDINARY, SEPARATE
+from vsa_bench.harness.deployment import COMPOSED, SEPARATE, STANDARD_EXECUTOR
 from vsa_common.figures import JOINT, MEASURED, SIDE_1, WARNING, panels, save
 
 HEADER = (
@@ -13,15 +13,15 @@ HEADER = (
 )  # fmt: skip
 NOTE = (
     "Delay from the capture stamp of a sample's later CAN frame to its joint message in another process. machine: p99 "
-    "of how late a process that does nothing and comes before all others is woken meanwhile; stolen: by the host of a "
-    "virtual machine, in percent of one core. CPU of one core, suite alone. RSS: growth after the first fifth. "
-    "Simulated rig, bus and subscriber run on the same machine. Where each joint can have a core beside theirs, it has "
-    "one to itself in composed, and never sleeps (realtime.cores and busy; not with --asleep). Else the suite rests "
-    "where a thread takes a quarter of a core (realtime.rest)."
+    "of the wake-up latency of an idle process of the highest priority meanwhile; stolen: steal time of a virtual "
+    "machine, in percent of one core. CPU of one core, suite alone. RSS: growth after the first fifth. Simulated rig, "
+    "bus and subscriber run on the same machine. In composed, each joint has a core to itself where there are enough, "
+    "and polls for frames (realtime.cores and busy; not with --asleep). Else a thread that takes a quarter of a core "
+    "pauses between frames (realtime.rest)."
 )
 SHORT = {"estimator_1": "est 1", "estimator_2": "est 2"}
 OUTSIDE = ("rig_simulator", "subscriber")
-COLOURS = {SEPARATE: SIDE_1, COMPOSED: JOINT, ORDINARY: MEASURED}
+COLOURS = {SEPARATE: SIDE_1, COMPOSED: JOINT, STANDARD_EXECUTOR: MEASURED}
 
 
 def row(run: dict[str, Any]) -> list[str]:
@@ -46,8 +46,8 @@ def row(run: dict[str, Any]) -> list[str]:
 
 
 def plot(runs: Sequence[dict[str, Any]], path: Path) -> None:
-    """Delay and processor time over the rate; runs that were not sustained are crossed."""
-    figure, (left, right) = panels(1, 2, height=3.6, title="From the CAN frame to the joint's impedance")
+    """Delay and processor time over the rate; runs that are not sustained are crossed."""
+    figure, (left, right) = panels(1, 2, height=3.6, title="Delay and cost from CAN frame to joint impedance")
     for mode, colour in COLOURS.items():
         for joints, line in ((1, "-"), (2, "--")):
             chosen = sorted(

@@ -1,4 +1,4 @@
-"""A node under rclpy's ordinary executor, for comparison: `python -m vsa_bench.live.standard_executor driver`."""
+"""A node under rclpy's standard executor, for comparison: `python -m vsa_bench.live.standard_executor driver`."""
 
 import importlib
 import sys

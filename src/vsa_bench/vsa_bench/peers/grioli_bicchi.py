@@ -1,8 +1,8 @@
 """Stiffness observer of G. Grioli and A. Bicchi, "A non-invasive, real-time method for measuring variable
 stiffness", Robotics: Science and Systems VI, 2010.
 
-Model-free: the force rate is sigma v plus what the damper adds; sigma follows its error,
-d sigma/dt = alpha (force_rate - damper_rate - sigma v) sgn(v). The damper's law is given to it as known.
+Model-free: the force rate is sigma v plus the rate of the damper force; sigma follows its error,
+d sigma/dt = alpha (force_rate - damper_rate - sigma v) sgn(v). The law of the damper is an input.
 """
 
 import numpy as np
@@ -10,12 +10,12 @@ from vsa_bench.peers.signals import second_derivative, state_variable_filter
 from vsa_common.types import Array
 
 CUTOFF = 3.0  # of force rate, velocity and acceleration [Hz]
-GAIN = 1000.0  # alpha [1/m]; cutoff and gain are the best of a grid over slow, multisine and 0.5 Hz motions
-START = 1000.0  # stiffness to begin with [N/m]
+GAIN = 1000.0  # alpha [1/m]; cutoff and gain: best of a grid search over slow, multisine and 0.5 Hz motions
+START = 1000.0  # initial stiffness [N/m]
 
 
 def stiffness(force: Array, deflection: Array, rate: float, d1: float, d2: float) -> Array:
-    """Stiffness [N/m], (recordings, samples), with the damper d1 v + d2 v^3 known exactly (SI)."""
+    """Stiffness [N/m], (recordings, samples), with the exact damper d1 v + d2 v^3 (SI)."""
     velocity = state_variable_filter(deflection, rate, CUTOFF)[1]
     acceleration = second_derivative(deflection, rate, CUTOFF)
     force_rate = state_variable_filter(force, rate, CUTOFF)[1]

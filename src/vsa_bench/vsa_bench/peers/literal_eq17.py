@@ -1,4 +1,4 @@
-"""The paper's filter exactly as eq. (17) prints it, so that anyone can see what it does.
+"""The paper's filter exactly as eq. (17) prints it, as a reference.
 
 States z1 to z8 = [x v a sigma D M k2 d2]; the force rate of a first-order filter is the input, deflection the
 measurement. Row 3 has (z4 + z3 z5) where eq. (14) has (z4 z2 + z3 z5), rows 4 and 5 have factors 3 and 18 where eqs.
@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from vsa_common.types import Array
 from vsa_estimator.tuning.force_rate import RATE_FILTER
 
-BEYOND = 1e9  # a state larger than this has diverged
+DIVERGED = 1e9  # magnitude of a state beyond which a run counts as diverged
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def run(force: Array, deflection: Array, rate: float, start: Start) -> Array:
             reduce = np.tile(np.eye(8), (len(z), 1, 1))
             reduce[:, :, 0] -= gain
             p = reduce @ p @ np.swapaxes(reduce, 1, 2) + noise * gain[:, :, None] * gain[:, None, :]
-            z[~(np.abs(z).max(axis=1) < BEYOND)] = np.nan
+            z[~(np.abs(z).max(axis=1) < DIVERGED)] = np.nan
             result[:, k] = z / SCALE
     return result
 

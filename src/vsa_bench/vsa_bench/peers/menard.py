@@ -11,7 +11,7 @@ import numpy as np
 from vsa_bench.peers.signals import ForgettingLeastSquares, basis, evaluation_point, state_variable_filter
 from vsa_common.types import Array
 
-# The best of a grid over slow, multisine and 0.5 Hz motions.
+# Best values of a grid search over slow, multisine and 0.5 Hz motions.
 DEGREE = 4
 WINDOW = 0.05  # [s]
 CUTOFF = 6.0  # [Hz]; the same on force and deflection: no bias by phase
@@ -25,7 +25,7 @@ def fit(
 ) -> tuple[Array, Array, Array]:
     """Stiffness [N/m] and damping [N s/m], (recordings, samples), and d2 [N s^3/m^3] at the end.
 
-    maximum_speed: where the damper's data sheet says that its force is greatest [m/s].
+    maximum_speed: peak speed of the damper from its data sheet [m/s].
     """
     length = max(2, round(WINDOW * rate))
     windows = force.shape[1] // length
@@ -44,7 +44,7 @@ def fit(
     solver = ForgettingLeastSquares(start, float(np.exp(-length / rate / MEMORY)))
     stiffness, damping = np.empty_like(force), np.empty_like(force)
     for window in range(windows + 1):
-        # A window's equation is there at its end: what it teaches is used from the next window on.
+        # The equation of a window is complete at its end; its result applies from the next window on.
         part = np.s_[:, window * length : (window + 1) * length]
         c = solver.coefficients
         stiffness[part] = np.einsum("snk,sk->sn", slopes[part], c[:, : DEGREE + 1])

@@ -11,7 +11,7 @@ import numpy as np
 from vsa_bench.peers.signals import ForgettingLeastSquares, basis, evaluation_point, state_variable_filter
 from vsa_common.types import Array
 
-# The best of a grid over slow, multisine and 0.5 Hz motions.
+# Best values of a grid search over slow, multisine and 0.5 Hz motions.
 DEGREE = 4
 CUTOFF = 6.0  # [Hz]
 MEMORY = 10.0  # time constant of forgetting [s]
@@ -25,7 +25,7 @@ def fit(
 ) -> tuple[Array, Array, Array]:
     """Stiffness [N/m] and damping [N s/m], (recordings, samples), and d2 [N s^3/m^3] at the end.
 
-    maximum_speed: where the damper's data sheet says that its force is greatest [m/s].
+    maximum_speed: peak speed of the damper from its data sheet [m/s].
     """
     smooth, velocity = state_variable_filter(deflection, rate, CUTOFF)
     target = state_variable_filter(force, rate, CUTOFF)[0]

@@ -1,4 +1,4 @@
-"""What the peers share: causal filters and a polynomial basis, over many recordings side by side.
+"""Causal filters, a polynomial basis and least squares for the peers, over many recordings at once.
 
 Arrays are (recordings, samples).
 """
@@ -8,7 +8,7 @@ from numpy.polynomial import chebyshev
 from scipy.signal import bilinear, lfilter
 from vsa_common.types import Array
 
-QUIET = 0.02e-3  # an encoder noisier than this is smoothed before a polynomial is evaluated at it [m]
+LOW_NOISE = 0.02e-3  # encoder noise above which deflection is smoothed before a polynomial is evaluated [m]
 RANGE = (0.0, 0.020)  # deflection that the polynomials span [m]
 
 
@@ -31,8 +31,8 @@ def second_derivative(signal: Array, rate: float, cutoff: float) -> Array:
 
 
 def evaluation_point(deflection: Array, rate: float, noise: float) -> Array:
-    """Deflection at which a fitted law is evaluated: as measured where that is quiet, else behind 15 Hz."""
-    return deflection if noise <= QUIET else state_variable_filter(deflection, rate, 15.0)[0]
+    """Deflection at which a fitted law is evaluated: as measured at low noise, else filtered at 15 Hz."""
+    return deflection if noise <= LOW_NOISE else state_variable_filter(deflection, rate, 15.0)[0]
 
 
 def basis(deflection: Array, degree: int) -> tuple[Array, Array]:
@@ -47,7 +47,7 @@ def basis(deflection: Array, degree: int) -> tuple[Array, Array]:
 class ForgettingLeastSquares:
     """Recursive least squares with exponential forgetting, one problem a recording.
 
-    The covariance is scaled back where lack of excitation would wind it up.
+    Without excitation the covariance grows; its trace is limited.
     """
 
     START = 100.0  # variance of a coefficient at the start [N^2]
@@ -61,7 +61,7 @@ class ForgettingLeastSquares:
         self._most = self.WINDUP * self.START * start.shape[1]
 
     def add(self, row: Array, value: Array) -> None:
-        """One equation a recording: row (recordings, coefficients), value (recordings,)."""
+        """Update with one equation a recording: row (recordings, coefficients), value (recordings,)."""
         ph = np.einsum("sij,sj->si", self._p, row)
         scale = self._forgetting + np.einsum("si,si->s", row, ph)
         error = value - np.einsum("si,si->s", row, self.coefficients)

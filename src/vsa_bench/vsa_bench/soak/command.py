@@ -1,4 +1,4 @@
-"""`./vsa bench soak`: random frames, hours through the filter, and the whole suite with its memory watched."""
+"""`./vsa bench soak`: random frames, hours of motion through the filter, memory of the running suite."""
 
 import argparse
 import json
@@ -11,18 +11,18 @@ from vsa_bench.soak.filter import soak_filter, soak_frames
 from vsa_common.terminal import show_table
 
 FRAMES, HOURS, MINUTES = 1_000_000, 24.0, 10.0
-FLAT_MB = 20.0  # growth of a process that counts as none
+FLAT_MB = 20.0  # permitted growth of a process
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Entry point; exit code 1 where something was not as it should be."""
+    """Run the command; its exit code: 1 where a figure is out of bounds."""
     parser = argparse.ArgumentParser(prog="bench soak", description=__doc__)
     parser.add_argument("--frames", type=int, default=FRAMES, metavar="N", help="random frames (%(default)s; 0: none)")
     parser.add_argument("--hours", type=float, default=HOURS, help="simulated hours through the filter (%(default)s)")
     parser.add_argument(
-        "--live", type=float, default=MINUTES, metavar="MIN", help="minutes of the whole suite (%(default)s)"
+        "--live", type=float, default=MINUTES, metavar="MIN", help="minutes of the running suite (%(default)s)"
     )
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there")
     options = parser.parse_args(argv)
     figures: dict[str, Any] = {}
     if options.frames:
@@ -36,15 +36,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.json:
         options.json.write_text(json.dumps(figures, indent=2) + "\n")
     rows = [[part, name, str(value)] for part, values in figures.items() for name, value in values.items()]
-    wrong = faults(figures)
-    show_table("Soak", ("", "figure", "value"), rows, "; ".join(wrong) or "nothing amiss", texts=2)
-    return 1 if wrong else 0
+    violations = out_of_bounds(figures)
+    show_table("Soak", ("", "figure", "value"), rows, "; ".join(violations) or "within bounds", texts=2)
+    return 1 if violations else 0
 
 
-def faults(figures: dict[str, Any]) -> list[str]:
-    """What is not as it should be, in words.
+def out_of_bounds(figures: dict[str, Any]) -> list[str]:
+    """One text for each figure that is out of bounds.
 
-    >>> faults({"filter": {"unsound": 0, "rss_growth_mb": 50.0}})
+    >>> out_of_bounds({"filter": {"unsound": 0, "rss_growth_mb": 50.0}})
     ['filter: memory grew by 50.0 MB']
     """
     found = []

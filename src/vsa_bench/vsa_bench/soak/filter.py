@@ -21,19 +21,19 @@ from vsa_simulator.rig.config import RigConfig
 from vsa_tools.demo.parameters import paper_rig
 
 Config = TypeVar("Config")
-CHUNK = 6000  # samples between two looks at the covariance
+CHUNK = 6000  # samples between two checks of the covariance
 RATE_HZ = 25
-KNOWN_IDS = (0x101, 0x102, 0x110, 0x120, 0x200)
-LEAST_EIGENVALUE = -1e-9  # of the correlation matrix: zero but for rounding
+MAPPED_IDS = (0x101, 0x102, 0x110, 0x120, 0x200)
+MIN_EIGENVALUE = -1e-9  # of the correlation matrix: zero within rounding
 
 
 def random_frames(count: int, seed: int = 1) -> Iterator[Frame]:
-    """Frames of any identifier, length and content, every other one under an identifier that the driver reads."""
+    """Frames of any identifier, length and content, half of them under an identifier that the driver maps."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        known = rng.random() < 0.5
+        mapped = rng.random() < 0.5
         yield Frame(
-            arbitration_id=int(rng.choice(KNOWN_IDS)) if known else int(rng.integers(1 << 11)),
+            arbitration_id=int(rng.choice(MAPPED_IDS)) if mapped else int(rng.integers(1 << 11)),
             is_extended_id=bool(rng.random() < 0.1),
             is_error_frame=bool(rng.random() < 0.01),
             is_remote_frame=bool(rng.random() < 0.01),
@@ -43,52 +43,52 @@ def random_frames(count: int, seed: int = 1) -> Iterator[Frame]:
 
 
 def soak_frames(count: int, seed: int = 1) -> dict[str, Any]:
-    """Random frames through the driver's parsers and on into an estimator; figures."""
+    """Random frames through the driver's parsers and on into an estimator; counts and memory growth."""
     router = Router(FrameSet(RIG_DBC), DriverSettings())
     estimators = {name: Estimator(EstimatorConfig()) for name in router.transmissions}
     rng = np.random.default_rng(seed)
-    stamp_ns, taken, unsound, first_mb = 1_700_000_000_000_000_000, 0, 0, 0.0
+    stamp_ns, estimated, invalid, first_mb = 1_700_000_000_000_000_000, 0, 0, 0.0
     with progress(count, "random frames") as bar:
         for number, frame in enumerate(random_frames(count, seed)):
             stamp_ns += int(rng.integers(-1_000, 2_000_000))
             for sample in router.add(frame, stamp_ns):
                 if isinstance(sample, Measurement):
                     estimate = estimators[sample.transmission].add(sample.stamp_ns, sample.force, sample.deflection)
-                    taken += 1
-                    unsound += estimate is not None and not np.isfinite(estimate).all()
+                    estimated += 1
+                    invalid += estimate is not None and not np.isfinite(estimate).all()
             if number == count // 5:
                 first_mb = resident_mb(os.getpid())
             if number % CHUNK == 0:
                 bar.advance(min(CHUNK, count - number), "random frames")
-                unsound += any(not sound(estimator) for estimator in estimators.values())
+                invalid += any(not has_valid_covariance(estimator) for estimator in estimators.values())
     return {
         "frames": count,
-        "samples": taken,
-        "unsound": unsound,
+        "samples": estimated,
+        "unsound": invalid,
         "rss_growth_mb": round(resident_mb(os.getpid()) - first_mb, 2),
     }
 
 
 def soak_filter(hours: float, seed: int = 1) -> dict[str, Any]:
-    """Hours of the rig's motion through the estimator of its first transmission; figures."""
+    """Hours of the rig's motion through the estimator of its first transmission; counts, worst error, memory growth."""
     rng = np.random.default_rng(seed)
     rig = _configured(RigConfig, "rig_simulator")
     estimator = Estimator(_configured(EstimatorConfig, "estimator_1"))
     samples = round(hours * 3600 * RATE_HZ)
-    unsound, lying, first_mb, worst, begin = 0, 0, 0.0, 0.0, time.monotonic()
+    invalid, wrong, first_mb, worst, begin = 0, 0, 0.0, 0.0, time.monotonic()
     with progress(samples, "filter") as bar:
         for first in range(0, samples, CHUNK):
             count = min(CHUNK, samples - first)
-            force, deflection, stiffness = moving(rig, (first + np.arange(count)) / RATE_HZ, rng)
+            force, deflection, stiffness = samples_of_motion(rig, (first + np.arange(count)) / RATE_HZ, rng)
             for k, measured in enumerate(zip(force.tolist(), deflection.tolist(), strict=True)):
                 stamp_ns = 1_700_000_000_000_000_000 + (first + k) * (1_000_000_000 // RATE_HZ)
                 estimate = estimator.add(stamp_ns, *measured)
             assert estimate is not None
-            unsound += not (np.isfinite(estimate).all() and sound(estimator))
+            invalid += not (np.isfinite(estimate).all() and has_valid_covariance(estimator))
             error = abs(estimate.stiffness / float(stiffness[-1]) - 1.0)
             if first > 60 * RATE_HZ and estimate.stiffness_valid:
                 worst = max(worst, error)
-                lying += error > max(0.01, 4.0 * estimate.stiffness_variance**0.5 / estimate.stiffness)
+                wrong += error > max(0.01, 4.0 * estimate.stiffness_variance**0.5 / estimate.stiffness)
             if first <= samples // 20:
                 first_mb = resident_mb(os.getpid())
             bar.advance(count, "filter")
@@ -96,8 +96,8 @@ def soak_filter(hours: float, seed: int = 1) -> dict[str, Any]:
     return {
         "simulated_hours": hours,
         "samples_fused": state.samples_fused,
-        "unsound": unsound,
-        "wrong_but_valid": lying,
+        "unsound": invalid,
+        "wrong_but_valid": wrong,
         "worst_stiffness_error": round(worst, 5),
         "resets": state.reset_count,
         "rss_growth_mb": round(resident_mb(os.getpid()) - first_mb, 2),
@@ -106,15 +106,15 @@ def soak_filter(hours: float, seed: int = 1) -> dict[str, Any]:
 
 
 def _configured(config_class: type[Config], node: str, **changes: Any) -> Config:
-    known = {parameter.name for parameter in parameters(config_class)}
-    values = {name: value for name, value in node_values(paper_rig(), node).items() if name in known}
+    names = {parameter.name for parameter in parameters(config_class)}
+    values = {name: value for name, value in node_values(paper_rig(), node).items() if name in names}
     return build(config_class, {**values, **changes})
 
 
-def moving(rig: RigConfig, time: Array, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Force [N] and deflection [m] as transmission_1 says them on the rig's motion, and the true stiffness [N/m].
+def samples_of_motion(rig: RigConfig, time: Array, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """Measured force [N] and deflection [m] of transmission_1 on the rig's motion, and the true stiffness [N/m].
 
-    Eqs. (2), (3), (5) and (6) in closed form: hours of them cost minutes, where the rig integrates.
+    Eqs. (2), (3), (5) and (6) in closed form, which is faster than the integration of the rig.
     """
     spring, motion, sensors = rig.transmission_1, rig.profile, rig.sensors
     x, v, a = np.full_like(time, motion.centre), np.zeros_like(time), np.zeros_like(time)
@@ -134,11 +134,11 @@ def moving(rig: RigConfig, time: Array, rng: np.random.Generator) -> tuple[Array
     return force, deflection, spring.k2 * elastic
 
 
-def sound(estimator: Estimator) -> bool:
+def has_valid_covariance(estimator: Estimator) -> bool:
     """Whether the coefficients' covariance is finite, symmetric to the bit and positive."""
     covariance = np.array(estimator.state().coefficient_covariance).reshape(7, 7)
     if not np.isfinite(covariance).all() or not (covariance == covariance.T).all():
         return False
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.where(std > 0.0, std, 1.0)
-    return bool(np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0] > LEAST_EIGENVALUE)
+    return bool(np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0] > MIN_EIGENVALUE)

@@ -5,11 +5,9 @@ from typing import Any
 
 import numpy as np
 from vsa_common.figures import band, limits, stack
+from vsa_estimator.tuning.force_rate import RATE_FILTER
 from vsa_tools.report.columns import Floats
 from vsa_tools.report.downsampling import envelope, extremes
-
-RATE_FILTER_S = 0.19  # [s] time constant that the two noise figures of section VI imply
-
 
 Plot = Callable[[Any], None]  # draws one panel into its axes
 
@@ -80,7 +78,7 @@ def force_rate(time: Floats, force: Floats) -> Floats:
     smooth, before = float(force[0]), float(time[0])
     for k, (now, value) in enumerate(zip(time.tolist(), force.tolist(), strict=True)):
         if now > before and np.isfinite(value):
-            rate[k] = (value - smooth) / (RATE_FILTER_S + now - before)
+            rate[k] = (value - smooth) / (RATE_FILTER + now - before)
             smooth += rate[k] * (now - before)
             before = now
         elif not now >= before:  # the stamps restart

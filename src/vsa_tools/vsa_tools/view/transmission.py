@@ -4,11 +4,11 @@ from typing import Any
 
 from vsa_common.ros.cdr import Reader, read_counters, read_stamp
 from vsa_common.types import ResetReason
+from vsa_estimator.tuning.force_rate import RATE_FILTER
 from vsa_tools.view.events import CounterWatch, Events
 from vsa_tools.view.section import Section
 from vsa_tools.view.time_series import Stream, count_lost, quantity
 
-RATE_FILTER_S = 0.19  # [s] time constant of the force rate, implied by the noise figures of section VI
 MAX_STEP_S = 1.0  # [s] a longer step between samples restarts the force rate: its filter has settled by then
 
 _WITH_VARIANCE = ("velocity", "acceleration", "stiffness", "damping", "inertia")
@@ -93,6 +93,6 @@ class TransmissionSection(Section):
         if not 0.0 < dt < MAX_STEP_S:
             self._filtered_force = (stamp_ns, force) if last_ns != stamp_ns else self._filtered_force
             return 0.0
-        rate = (force - filtered) / (RATE_FILTER_S + dt)
+        rate = (force - filtered) / (RATE_FILTER + dt)
         self._filtered_force = (stamp_ns, filtered + rate * dt)
         return rate

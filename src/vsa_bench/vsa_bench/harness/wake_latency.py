@@ -1,4 +1,4 @@
-"""How late the machine itself wakes a process that comes before all others: nothing on it can be on time meanwhile."""
+"""Wake-up latency of the machine: how late it schedules a process of the highest priority, on every core."""
 
 import os
 import subprocess
@@ -8,12 +8,12 @@ from pathlib import Path
 from types import TracebackType
 
 import numpy as np
-from numpy.typing import NDArray
+from vsa_common.types import Array
 
 PERIOD_S = 0.002
 
-# One a core: sleeps, and writes down how much longer than it had asked for. Ends with whoever started it.
-_WATCH = """
+# One process a core: sleeps, and writes the excess over the requested time [s]. Ends with its parent.
+_PROBE = """
 import os, struct, sys, time
 core, period, parent = int(sys.argv[1]), float(sys.argv[2]), os.getppid()
 os.sched_setaffinity(0, {core})
@@ -28,19 +28,19 @@ while os.getppid() == parent:
 """
 
 
-class Lateness:
-    """Measures on every core while it is entered, every `period` [s]."""
+class WakeLatency:
+    """Context manager that measures on every core, every `period` [s]."""
 
     def __init__(self, period: float = PERIOD_S) -> None:
         self._period = period
 
-    def __enter__(self) -> "Lateness":
+    def __enter__(self) -> "WakeLatency":
         self._folder = tempfile.TemporaryDirectory()
         self._logs = {core: Path(self._folder.name, str(core)) for core in os.sched_getaffinity(0)}
-        self._begins = dict.fromkeys(self._logs, 0)
+        self._offsets = dict.fromkeys(self._logs, 0)
         self._processes = []
         for core, log in self._logs.items():
-            command = [sys.executable, "-S", "-c", _WATCH, str(core), str(self._period)]
+            command = [sys.executable, "-S", "-c", _PROBE, str(core), str(self._period)]
             with log.open("wb") as output:
                 self._processes.append(subprocess.Popen(command, stdout=output, stderr=subprocess.DEVNULL))
         return self
@@ -53,11 +53,11 @@ class Lateness:
             process.wait()
         self._folder.cleanup()
 
-    def forget(self) -> None:
-        """Begin anew."""
-        self._begins = {core: log.stat().st_size // 8 * 8 for core, log in self._logs.items()}
+    def restart(self) -> None:
+        """Discard the measurements taken before this call."""
+        self._offsets = {core: log.stat().st_size // 8 * 8 for core, log in self._logs.items()}
 
-    def seconds(self) -> NDArray[np.float64]:
-        """How late each waking was [s] since `forget`, core by core."""
-        written = [log.read_bytes()[self._begins[core] :] for core, log in self._logs.items()]
+    def seconds(self) -> Array:
+        """Latency of each wake-up [s] since `restart`, core by core."""
+        written = [log.read_bytes()[self._offsets[core] :] for core, log in self._logs.items()]
         return np.concatenate([np.frombuffer(data[: len(data) // 8 * 8]) for data in written])

@@ -1,0 +1,4 @@
+"""Sensitivity of the estimates to tuned constants. Input: registry of constants, recordings. Output: a table.
+
+Permitted imports: vsa_common, vsa_estimator, vsa_bench.estimation, numpy
+"""

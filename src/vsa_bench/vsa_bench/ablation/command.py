@@ -1,0 +1,114 @@
+"""`./vsa bench ablation`: what half and double of each tuned constant of the estimator do to its estimates."""
+
+import argparse
+import json
+import multiprocessing
+import os
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict
+from pathlib import Path
+
+from vsa_bench.ablation.recordings import Recording, recordings
+from vsa_bench.ablation.report import HEADER, NOTE, Effect, Row, as_json, chosen, collect, effect, markdown, table
+from vsa_bench.ablation.trial import PACKAGE, Trial, TrialError, initialize_worker, run_trial
+from vsa_bench.ablation.variation import FACTORS, Variation, declared, vary
+from vsa_common.terminal import progress, show_table
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; its exit code."""
+    options = _arguments(argv)
+    constants = declared(PACKAGE)
+    variations = [
+        one for module, constant in chosen(constants, options.only) for factor in FACTORS
+        if (one := vary(module, constant, factor))
+    ]  # fmt: skip
+    if not variations:
+        print(f"bench ablation: no tuned constant of {PACKAGE} is chosen", file=sys.stderr)
+        return 1
+    begin = time.monotonic()
+    try:
+        base, effects = ablate(list(recordings(options.quick, options.seconds)), variations, options.processes)
+    except (BrokenProcessPool, TrialError) as error:
+        print(f"bench ablation: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("bench ablation: stopped", file=sys.stderr)
+        return 130
+    minutes = (time.monotonic() - begin) / 60.0
+    rows = collect(constants, effects, options.only)
+    title = f"{len(rows)} constants, {len(variations)} variations, {len(base.figures)} recordings, {minutes:.1f} min"
+    show_table(title, HEADER, table(rows), NOTE, texts=2)
+    if options.json:
+        _write(options.json, json.dumps(_report(rows, base, minutes), indent=1) + "\n")
+    if options.markdown:
+        command = " ".join(["./vsa bench ablation", *(["--quick"] if options.quick else [])])
+        _write(options.markdown, markdown(rows, "Ablation of the tuned constants") + f"\n{title}: `{command}`.\n")
+    return 0
+
+
+def ablate(sources: Sequence[Recording], variations: Sequence[Variation], processes: int) -> tuple[Trial, list[Effect]]:
+    """The trial with the tuned values, and the effect of each variation against it.
+
+    Raises TrialError where the estimator fails with the tuned values, BrokenProcessPool where a worker is killed.
+    """
+    durations = {one.name: float(one.time[-1]) for one in sources}
+    fork = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(processes, fork, initialize_worker, (sources,)) as pool:
+        base = pool.submit(run_trial, {})
+        pending = {pool.submit(run_trial, one.overrides): one for one in variations}
+        try:
+            with progress(1 + len(pending), "tuned values", count=True) as bar:
+                reference = base.result()
+                if reference.failure:
+                    raise TrialError(f"with the tuned values: {reference.failure}")
+                bar.advance(1)
+                effects = []
+                for done in as_completed(pending):
+                    variation = pending[done]
+                    effects.append(effect(variation, reference, done.result(), durations))
+                    bar.advance(1, variation.name)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return reference, effects
+
+
+def _report(rows: Sequence[Row], base: Trial, minutes: float) -> dict[str, object]:
+    return {
+        "minutes": round(minutes, 1),
+        "recordings": {name: asdict(figures) for name, figures in base.figures.items()},
+        "constants": [as_json(row) for row in rows],
+    }
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+
+
+def _arguments(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="bench ablation",
+        description="Half and double of each tuned constant of the estimator, within its permitted range: the change "
+        "of errors, coverage, convergence, validity and resets on the same simulated recordings. In plain Python.",
+    )
+    parser.add_argument("--quick", action="store_true", help="few short recordings: about 10 s a variation")
+    parser.add_argument(
+        "--only", nargs="+", default=[], metavar="NAME", help="constants, modules of constants, or module.CONSTANT"
+    )
+    parser.add_argument("--seconds", type=float, metavar="S", help="of each recording (60; 15 to 20 with --quick)")
+    parser.add_argument(
+        "--processes", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="at once (%(default)s)"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="all figures of all variations")
+    parser.add_argument("--markdown", type=Path, metavar="FILE", help="the table as Markdown")
+    return parser.parse_args(argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

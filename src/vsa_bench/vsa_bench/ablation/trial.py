@@ -1,0 +1,98 @@
+"""One trial: the estimator imported anew with overridden constants, on all recordings.
+
+Runs in a forked worker in plain Python. Compiled code has its constants built in, and modules compute others from
+them at import; only a new import applies an override to both.
+"""
+
+import hashlib
+import importlib
+import os
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from vsa_bench.ablation.figures import FIELDS, Figures, figures
+from vsa_bench.ablation.recordings import Recording
+from vsa_bench.ablation.variation import Value
+from vsa_common.config.configuration import build
+from vsa_common.ros.realtime import limit_blas_threads
+from vsa_common.tuning import CONSTANTS, OVERRIDES
+
+PACKAGE = "vsa_estimator"
+ACCELERATION = "vsa_common.accel"  # reads VSA_NO_NUMBA at import
+STATE_PERIOD_NS = 1_000_000_000  # between two states that go into the digest
+SILENCES_NS = (20_000_000, 300_000_000)  # instants after the last sample at which the output is predicted
+
+_recordings: list[Recording] = []  # of this worker
+
+
+class TrialError(Exception):
+    """The estimator fails with the tuned values."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Figures and digest of all outputs for each recording; `failure` names the exception that ended the trial."""
+
+    figures: dict[str, Figures]
+    digests: dict[str, str]
+    failure: str = ""
+
+
+def initialize_worker(recordings: Sequence[Recording]) -> None:
+    """Give a worker its recordings, and plain Python for what it imports from here on."""
+    os.environ["VSA_NO_NUMBA"] = "1"
+    warnings.simplefilter("ignore")
+    limit_blas_threads()
+    _recordings[:] = recordings
+
+
+def import_anew(package: str, overrides: Mapping[tuple[str, str], Value]) -> None:
+    """Remove `package` with its declared constants; its next import declares them with `overrides`."""
+    for name in list(sys.modules):
+        if f"{name}.".startswith((f"{package}.", f"{ACCELERATION}.")):
+            del sys.modules[name]
+    for name in list(CONSTANTS):
+        if f"{name}.".startswith(f"{package}."):
+            del CONSTANTS[name]
+    importlib.invalidate_caches()
+    OVERRIDES.clear()
+    OVERRIDES.update(overrides)
+
+
+def run_trial(overrides: Mapping[tuple[str, str], Value]) -> Trial:
+    """The recordings of this worker with `overrides`, by module and name of the constant."""
+    import_anew(PACKAGE, overrides)
+    result: dict[str, Figures] = {}
+    digests: dict[str, str] = {}
+    try:
+        for recording in _recordings:
+            result[recording.name], digests[recording.name] = _run(recording)
+    except Exception as error:  # a value that the estimator cannot run with is a finding
+        return Trial({}, {}, f"{type(error).__name__}: {error}")
+    return Trial(result, digests)
+
+
+def _run(recording: Recording) -> tuple[Figures, str]:
+    from vsa_estimator.formulations import create_estimator
+    from vsa_estimator.output.estimate import Estimate
+    from vsa_estimator.settings import EstimatorConfig
+
+    estimator = create_estimator(build(EstimatorConfig, recording.parameters))
+    rows, digest = np.full((len(recording.stamps_ns), len(Estimate._fields)), np.nan), hashlib.sha256()
+    samples = zip(recording.stamps_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
+    next_state_ns = 0
+    for row, (stamp_ns, force, deflection) in zip(rows, samples, strict=True):
+        estimate = estimator.add(stamp_ns, force, deflection)
+        if estimate is not None:
+            row[:] = estimate
+        if stamp_ns >= next_state_ns:
+            next_state_ns = stamp_ns + STATE_PERIOD_NS
+            digest.update(repr(estimator.state()).encode())
+    digest.update(rows.tobytes())
+    for silence_ns in SILENCES_NS:
+        digest.update(repr(estimator.predict_to(int(recording.stamps_ns[-1]) + silence_ns)).encode())
+    estimates = {name: rows[:, Estimate._fields.index(name)] for name in FIELDS}
+    return figures(recording, estimates, int(estimator.state().reset_count)), digest.hexdigest()
