@@ -65,7 +65,7 @@ class Estimator:
         self._finish_pending()
         samples = self._samples
         verdict, found, instant_ns, blocks, assessment = process_sample(
-            samples.memory, samples.stamps, self._supervisor.tracker.known, self._snapshot, self._moments,
+            samples.memory, samples.stamps, self._supervisor.tracker.state, self._snapshot, self._moments,
             stamp_ns, force, deflection,
         )  # fmt: skip
         if verdict != FAST_PATH:
@@ -84,7 +84,7 @@ class Estimator:
         while first <= end:  # the last one by itself: it leaves all as `add` does
             self._finish_pending()
             until, verdict, found, instant_ns, blocks = process_samples(
-                rows, samples.memory, samples.stamps, self._supervisor.tracker.known, self._snapshot, self._moments,
+                rows, samples.memory, samples.stamps, self._supervisor.tracker.state, self._snapshot, self._moments,
                 stamp_ns, force, deflection, first, end,
             )  # fmt: skip
             if until > first:
@@ -129,7 +129,7 @@ class Estimator:
         stale = silence >= max(STALE_PERIODS * self._samples.period_ns * 1e-9, STALE_TIME)
         supervisor = self._supervisor
         now = self._estimate_of(stamp_ns, predict_row(
-            supervisor.tracker.known, self._snapshot, self._moments, stamp_ns,
+            supervisor.tracker.state, self._snapshot, self._moments, stamp_ns,
             self._instant_ns + stamp_ns - self._stamp_ns, math.nan, silence < INVALID_TIME, supervisor.encoder_fault,
             stale,
         ))  # fmt: skip
@@ -146,6 +146,7 @@ class Estimator:
         """What the estimator knows now."""
         self._finish_pending()
         supervisor, tracker, estimate = self._supervisor, self._supervisor.tracker, self._estimate
+        tracker.update_uncertainty()
         known = assess_observability(tracker, supervisor.force_noise.std) if estimate else Observability(*[False] * 7)
         if estimate is None:
             status, stiffness_valid, damping_valid, moving = Status.INITIALIZING, False, False, False
@@ -170,9 +171,9 @@ class Estimator:
             z[8], variance[8], known.force_offset,
             z[9], variance[9], known.coulomb_friction,
             tuple(p[3:, 3:].ravel().tolist()), lines,
-            float(tracker.force_monitor[0]), float(tracker.force_monitor[1]),
-            float(tracker.deflection_monitor[0]), float(tracker.deflection_monitor[1]),
-            float(tracker.force_monitor[2]),
+            float(tracker.force_monitor["innovation"][0]), float(tracker.force_monitor["variance"][0]),
+            float(tracker.deflection_monitor["innovation"][0]), float(tracker.deflection_monitor["variance"][0]),
+            float(tracker.force_monitor["nis"][0]),
             supervisor.force_noise.std, supervisor.deflection_noise.std, supervisor.jerk.density,
             self._fused, self._dropped, supervisor.force_rejected, supervisor.deflection_rejected,
             self._health.force_repeated,
@@ -222,13 +223,14 @@ class Estimator:
         if found & DEFLECTION_SPIKE:
             deflection = math.nan
         return self._report(stamp_ns, instant_ns, force, predict_row(
-            supervisor.tracker.known, self._snapshot, self._moments, stamp_ns, instant_ns, deflection,
+            supervisor.tracker.state, self._snapshot, self._moments, stamp_ns, instant_ns, deflection,
             True, supervisor.encoder_fault, False,
         ))  # fmt: skip
 
     def _publish_snapshot(self) -> None:
         """What holds until the next sample that is to be heeded."""
         supervisor, tracker = self._supervisor, self._supervisor.tracker
+        tracker.update_uncertainty()
         self._force_variance = supervisor.force_noise.std**2
         self._behind = supervisor.reset_count, supervisor.reset_reason, *tracker.uncertainty[:COEFFICIENTS]
         self._moments[:] = supervisor.step_ns, self._health.until_ns

@@ -20,9 +20,12 @@ def precompile() -> None:
         tracker.predict(0.01, 1e-3)
         tracker.update_deflection(0.01, 1e-10)
         tracker.update_force(30.0, 1e-4, 1e-10, 0.01)
+    tracker.update_uncertainty()
     beliefs, moments = np.zeros(SNAPSHOT), np.zeros(2, dtype=np.int64)
-    samples, heavy = Pipeline(EstimatorConfig()), tracker.uncertainty.inertia_variance > 1.0
-    predict_row(tracker.known, beliefs, moments, 10**9, 10**9, 0.01, heavy, tracker.beyond_peak_speed, samples.averaged)
+    samples, sufficient = Pipeline(EstimatorConfig()), tracker.sufficient_stroke
+    predict_row(
+        tracker.state, beliefs, moments, 10**9, 10**9, 0.01, sufficient, tracker.beyond_peak_speed, samples.averaged
+    )
     tracker.predicted_force(0.01)
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
     witness, jerk, noise = ParityCheck(100.0), JerkDensity(), NoiseLevel(1.0, 0.0, 99)
@@ -31,6 +34,6 @@ def precompile() -> None:
         witness.add(1e-9 * stamp_ns, 0.01, 30.0)
         jerk.add(0.01, 1e-10, 0.01)
         noise.add(30.0, 10)
-        process_sample(samples.memory, samples.stamps, tracker.known, beliefs, moments, stamp_ns, 30.0, 0.01)
+        process_sample(samples.memory, samples.stamps, tracker.state, beliefs, moments, stamp_ns, 30.0, 0.01)
     witness.isolate_fault()
     noise.refresh()

@@ -10,9 +10,8 @@ from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.fault_detection.position import PositionMonitor, PositionUpdate, is_pause
-from vsa_estimator.filter.ekf import REST_SPEED
 from vsa_estimator.filter.measurement_noise import NoiseLevel
-from vsa_estimator.filter.process_noise import LEAST, LEAST_HEAVY, JerkDensity
+from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.initialization.cross_check import CrossCheckSchedule
 from vsa_estimator.initialization.regression import Fit
@@ -23,6 +22,7 @@ from vsa_estimator.output.validity import inertia_observable
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.preprocessing.pipeline import BEYOND_PEAK_SPEED, Pipeline
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.filter import MIN_JERK_DENSITY, MIN_JERK_DENSITY_WITH_INERTIA, STATIONARY_SPEED
 from vsa_estimator.tuning.supervisor import (
     COUNTED_GAP,
     INERTIA_NEGLIGIBLE,
@@ -110,7 +110,7 @@ class Supervisor:
             return
         self.deflection_noise.add(block.deflection, block.samples)
         self.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
-        if abs(tracker.speed) > REST_SPEED:
+        if abs(tracker.speed) > STATIONARY_SPEED:
             self._moved_ns = block.stamp_ns
         self._pipeline.memory[BEYOND_PEAK_SPEED] = self.mode.initialized and tracker.beyond_peak_speed
         decision = self.consistency.evaluate(tracker, self.mode, block.stamp_ns * 1e-9, block, self.encoder_fault)
@@ -123,6 +123,7 @@ class Supervisor:
             self._refreshed_ns = block.stamp_ns
             self._refresh(block)
         self._samples_per_step = block.samples
+        tracker.update_uncertainty()
         self.inertia_observable = inertia_observable(tracker, self.force_noise.std)
 
     def _apply(self, decision: Decision, reason: str) -> None:
@@ -208,7 +209,7 @@ class Supervisor:
         self.deflection_noise.refresh()
         initialized = self.mode.initialized
         negligible = initialized and self.tracker.max_inertial_force < INERTIA_NEGLIGIBLE * self.force_noise.std
-        self.jerk.refresh(LEAST if negligible else LEAST_HEAVY)
+        self.jerk.refresh(MIN_JERK_DENSITY if negligible else MIN_JERK_DENSITY_WITH_INERTIA)
         if initialized and (self.mode is Mode.SUSPENDED or not self._cross_checks.is_due(block.stamp_ns)):
             return
         if not initialized and not self._has_fit and block.forces:
@@ -216,7 +217,7 @@ class Supervisor:
         averaging = 1.0 / math.sqrt(block.samples)
         self.initializer.begin(
             self._period, self.tracker.reference, self.force_noise.std * averaging,
-            self.deflection_noise.std * averaging, self.jerk.likeliest, audit=initialized,
+            self.deflection_noise.std * averaging, self.jerk.ml_estimate, audit=initialized,
         )  # fmt: skip
 
     def run_initialization(self) -> None:

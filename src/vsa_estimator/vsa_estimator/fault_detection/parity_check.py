@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from vsa_common.types import Array, Booleans
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, evaluate_windows, residuals
+from vsa_estimator.force_law.elastic import deflection_shift
 from vsa_estimator.tuning.fault_detection import (
     CONSISTENT_SHARE,
     EVALUATION_PERIOD,
@@ -194,7 +195,7 @@ class ParityCheck:
         if by_force < limit and by_force * LIKELIHOOD_MARGIN < by_deflection:
             return SensorShift(offset, 0.0, by_force)
         if by_deflection < limit and by_deflection * LIKELIHOOD_MARGIN < by_force and 1.0 + k2 * slope > 0.0:
-            shift = -math.log1p(k2 * slope) / k2
+            shift = deflection_shift(k2, slope)
             return SensorShift(0.0, shift, by_deflection / float(np.sqrt(np.mean(stiffness**2))))
         return None
 

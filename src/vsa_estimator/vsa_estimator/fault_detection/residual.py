@@ -3,7 +3,9 @@
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array, Booleans
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, ln_stiffness, peak_speed
+from vsa_estimator.force_law.damper import clip_speed, peak_speed
+from vsa_estimator.force_law.elastic import elastic_force, elastic_gradient, stiffness
+from vsa_estimator.force_law.friction import smoothed_sign
 from vsa_estimator.tuning.fault_detection import (
     EVALUATION_PERIOD,
     MAX_DAMPER_ERROR,
@@ -14,6 +16,7 @@ from vsa_estimator.tuning.fault_detection import (
     VELOCITY_BASELINE,
     WINDOWS,
 )
+from vsa_estimator.tuning.force_law import COULOMB_SPEED
 
 DECISION_WINDOW = 1  # index in WINDOWS of the one that ends a fault
 
@@ -35,10 +38,12 @@ def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array,
     usable, excluded, moving = np.empty(count, np.bool_), np.empty(count, np.bool_), np.empty(count, np.bool_)
     for i in range(count):
         x, v, a, least_a, span = differences(time, deflection, i, half, count)
-        sigma[i] = np.exp(ln_stiffness(s, k2, x - reference))
-        c = min(max(v, -peak), peak)
-        friction = coulomb * np.tanh(v / COULOMB_SPEED)
-        residual[i] = force[i + half] - (sigma[i] / k2 + d1 * c + d2 * c**3 + mass * a + offset + friction)
+        sigma[i] = stiffness(s, k2, x - reference)
+        c = clip_speed(v, peak)
+        friction = coulomb * smoothed_sign(v, COULOMB_SPEED)
+        residual[i] = force[i + half] - (
+            elastic_force(sigma[i], k2) + d1 * c + d2 * c**3 + mass * a + offset + friction
+        )
         speed_error = 0.25 * VELOCITY_BASELINE * least_a
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * VELOCITY_BASELINE
@@ -113,14 +118,14 @@ def model_force_std(mean: Array, covariance: Array, reference: float, motion: Ar
     for i in range(first, motion.shape[1]):
         x, v, a = motion[:, i]
         dx = x - reference
-        spring = np.exp(ln_stiffness(mean[0], mean[1], dx)) / mean[1]
-        gradient[0] += spring
-        gradient[1] += spring * (dx - 1.0 / mean[1])
+        _, by_s, by_k2 = elastic_gradient(stiffness(mean[0], mean[1], dx), mean[1], dx)
+        gradient[0] += by_s
+        gradient[1] += by_k2
         gradient[2] += v
         gradient[3] += v**3
         gradient[4] += a
         gradient[5] += 1.0
-        gradient[6] += np.tanh(v / COULOMB_SPEED)
+        gradient[6] += smoothed_sign(v, COULOMB_SPEED)
     gradient /= motion.shape[1] - first
     return float(np.sqrt(max(float(gradient @ covariance @ gradient), 0.0)))
 

@@ -1,61 +1,96 @@
-"""White noise of a stream from its third differences: smooth motion leaves almost none of itself there."""
+"""Measurement noise: white noise of a sensor from its samples, and what the model adds to the noise of a force.
+
+The noise is estimated from third differences, in which smooth motion nearly vanishes.
+"""
 
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.filter.records import NOISE_LEVEL, Record
+from vsa_estimator.force_law.elastic import stiffness
+from vsa_estimator.force_law.state import D0, K2, S, V, X
+from vsa_estimator.tuning.filter import (
+    CROSS_NOISE_SHARE,
+    MIN_NOISE_SAMPLES,
+    MIN_REVERSAL_FORCE,
+    NOISE_OUTLIER_RATIO,
+    NOISE_RANGE,
+    REVERSAL_SHARE,
+    REVERSAL_SPEED,
+    REVERSAL_TIME,
+)
 
-_SPREAD = 20.0  # variance of a third difference of unit white noise: 1 + 9 + 9 + 1
-_MEDIAN = 0.455  # median of chi-square with one degree of freedom
-_OUTLIER = 4.0  # squared differences are capped at this multiple of the variance ...
-_CAPPED = 0.9205  # ... and then have this mean, if they are Gaussian and the variance is 1
-RUN, TAKEN = 3, 4
+THIRD_DIFFERENCE_VARIANCE = 20.0  # of unit white noise: 1 + 9 + 9 + 1
+CHI_SQUARE_MEDIAN = 0.455  # one degree of freedom
+CAPPED_MEAN = 0.9205  # of the square of a unit Gaussian, capped at NOISE_OUTLIER_RATIO = 4
 
 
 @compiled
-def take_mean(memory: Array, squares: Array, mean: float, count: int) -> None:
-    """Take the mean of `count` samples. memory: the last three means, how many are in a row, squares so far."""
-    difference = mean - 3.0 * memory[2] + 3.0 * memory[1] - memory[0]
-    memory[0], memory[1], memory[2] = memory[1], memory[2], mean
-    memory[RUN] += 1.0
-    if memory[RUN] >= 4.0:
-        squares[int(memory[TAKEN]) % squares.size] = count * difference * difference / _SPREAD
-        memory[TAKEN] += 1.0
+def measurement_cross_noise(z: Array, reference: float, deflection_variance: float) -> float:
+    """Noise of the encoder through the stiffness, which is correlated with that of the state [N^2]."""
+    sigma = stiffness(z[S], z[K2], z[X] - reference)
+    return float(CROSS_NOISE_SHARE * sigma * sigma * deflection_variance)
+
+
+@compiled
+def friction_error_variance(z: Array, p: Array, time_since_motion: float, dt: float) -> float:
+    """Variance [N^2] of the Coulomb model error around zero velocity.
+
+    All forces of `time_since_motion` [s], at `dt` [s] each, share one error: it counts as often as they are.
+    """
+    force_error = max(REVERSAL_SHARE * (z[D0] + np.sqrt(p[D0, D0])), MIN_REVERSAL_FORCE)
+    reversal = force_error * np.exp(-(z[V] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[V, V]))
+    correlated = max(1.0, max(REVERSAL_TIME, time_since_motion) / dt)
+    return float(reversal * reversal * correlated)
+
+
+@compiled
+def add_mean(level: Record, squares: Array, mean: float, count: int) -> None:
+    """Add the mean of `count` samples; the square of its third difference goes into the ring buffer `squares`."""
+    one = level[0]
+    means = one["means"]
+    difference = mean - 3.0 * means[2] + 3.0 * means[1] - means[0]
+    means[0], means[1], means[2] = means[1], means[2], mean
+    one["run_length"] += 1
+    if one["run_length"] >= 4:
+        squares[one["differences"] % squares.size] = count * difference * difference / THIRD_DIFFERENCE_VARIANCE
+        one["differences"] += 1
 
 
 @compiled
 def robust_mean(squares: Array) -> float:
-    """Mean of squared Gaussian values, of which outliers count for little."""
-    mean = float(np.median(squares)) / _MEDIAN + 1e-300
+    """Mean of squared Gaussian values, by M-estimation: values above NOISE_OUTLIER_RATIO times the mean are capped."""
+    mean = float(np.median(squares)) / CHI_SQUARE_MEDIAN + 1e-300
     for _ in range(4):
-        most, total = _OUTLIER * mean, 0.0
+        cap, total = NOISE_OUTLIER_RATIO * mean, 0.0
         for square in squares:
-            total += min(square, most)
-        mean = total / (_CAPPED * squares.size)
+            total += min(square, cap)
+        mean = total / (CAPPED_MEAN * squares.size)
     return mean
 
 
 class NoiseLevel:
-    """Running standard deviation of one sample's white noise over the last `capacity` means of samples."""
+    """Running standard deviation of the white noise of one sample, over the last `capacity` means of samples."""
 
-    def __init__(self, given: float, least: float, capacity: int) -> None:
-        """Start from the standard deviation `given`; the level stays within a quarter (and `least`) and four times."""
-        self.std = given
-        self._low = max(given / 4.0, least)
-        self._high = 4.0 * given
+    def __init__(self, configured: float, minimum: float, capacity: int) -> None:
+        """Start at the `configured` one; limited to a NOISE_RANGE-th (and `minimum`) and NOISE_RANGE times of it."""
+        self.std = configured
+        self._low = max(configured / NOISE_RANGE, minimum)
+        self._high = NOISE_RANGE * configured
         self._squares = np.zeros(capacity)
-        self._memory = np.zeros(5)
+        self._level = np.zeros(1, NOISE_LEVEL)
 
     def add(self, value: float, count: int = 1) -> None:
-        """Take the mean of `count` samples, from an evenly sampled stretch."""
-        take_mean(self._memory, self._squares, value, count)
+        """Add the mean of `count` samples of an evenly sampled sequence."""
+        add_mean(self._level, self._squares, value, count)
 
     def interrupt(self) -> None:
-        """A sample is missing: differences must not reach across the gap."""
-        self._memory[RUN] = 0.0
+        """Start a new sequence after a gap: no difference is taken across it."""
+        self._level["run_length"] = 0
 
     def refresh(self) -> float:
-        """Recompute `std` [same unit as the samples] from what is remembered."""
-        squares = self._squares[: int(self._memory[TAKEN])]
-        if squares.size >= 50:
+        """Update `std` [unit of the samples] from the stored differences; the new value."""
+        squares = self._squares[: self._level["differences"][0]]
+        if squares.size >= MIN_NOISE_SAMPLES:
             self.std = float(np.clip(np.sqrt(robust_mean(squares)), self._low, self._high))
         return self.std

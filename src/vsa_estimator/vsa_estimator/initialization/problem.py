@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from vsa_common.types import Array
-from vsa_estimator.filter.ekf import REST_SPEED
 from vsa_estimator.initialization.windows import BAND, LEAST_ROWS, Rows
+from vsa_estimator.tuning.filter import STATIONARY_SPEED
 
 REVERSAL_FORCE = 0.3  # the Coulomb law's error in a row near a reversal [N] ...
 REVERSAL_SPEED = 0.3e-3  # ... which is this wide [m/s]
@@ -27,7 +27,7 @@ class Problem:
     @classmethod
     def of(cls, rows: Rows, reference: float, force_noise_std: float, deflection_noise_std: float) -> "Problem | None":
         """Of `rows`, about a `reference` [m]; None where too few move."""
-        moving = np.abs(rows.velocity) > REST_SPEED
+        moving = np.abs(rows.velocity) > STATIONARY_SPEED
         if np.count_nonzero(moving) < LEAST_ROWS:
             return None
         kept = rows.part(moving)

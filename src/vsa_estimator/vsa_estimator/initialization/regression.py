@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.types import Array
-from vsa_estimator.force_law.transmission import UNBOUNDED_SPEED
 from vsa_estimator.initialization.problem import Problem
 from vsa_estimator.initialization.windows import DRAWS, Rows, Slices, whiten
 from vsa_estimator.settings import Initial
+from vsa_estimator.tuning.force_law import UNBOUNDED_SPEED
 
 MEMBERS = 15
 SPAN = 0.7  # half-width of the first grid, in ln k2

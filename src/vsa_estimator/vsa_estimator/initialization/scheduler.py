@@ -2,10 +2,10 @@
 
 import numpy as np
 from vsa_common.types import Array
-from vsa_estimator.filter.ekf import MIN_STROKE
 from vsa_estimator.initialization.regression import Fit, Regression
 from vsa_estimator.initialization.windows import Rows, Slices, smooth
 from vsa_estimator.settings import Initial
+from vsa_estimator.tuning.filter import MIN_STROKE
 
 KEPT = 40.0  # moving data remembered [s]
 LEAST_TIME = 1.0  # no attempt before [s]

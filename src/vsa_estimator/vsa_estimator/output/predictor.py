@@ -4,9 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array, Status
-from vsa_estimator.filter.ekf import predict_output
-from vsa_estimator.filter.excitation import DOUBTS
-from vsa_estimator.filter.steps import FOUND, views
+from vsa_estimator.filter.output_prediction import predict_output
+from vsa_estimator.filter.records import PREDICTION, Record
+from vsa_estimator.force_law.elastic import ln_stiffness_gradient
+from vsa_estimator.force_law.state import D1, K2
 from vsa_estimator.output.estimate import ROW
 from vsa_estimator.preprocessing.pipeline import preprocess
 from vsa_estimator.preprocessing.validation import ACCEPT
@@ -45,7 +46,7 @@ Assessment = tuple[
 
 @compiled
 def predict_into(
-    row: Array, known: Array, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
+    row: Array, state: Record, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
     heard: bool, blind: bool, stale: bool,
 ) -> None:  # fmt: skip
     """Fields force_valid to status of an Estimate at an instant [ns], flags as 0 and 1.
@@ -53,36 +54,41 @@ def predict_into(
     A `deflection` [m] is held against the prediction, NaN is none: where two in a row are far from it nobody knows yet
     whether the rod is there. `heard` says that sensors still tell, `blind` that the encoder is not to be believed.
     """
-    z, pull, p = views(known)
-    out = np.empty(16)
+    z, p = state[0]["mean"], state[0]["covariance"]
+    prediction = np.empty(1, PREDICTION)
     ahead = min(max((instant_ns - moments[STEP]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
-    predict_output(z, p, pull, beliefs[REFERENCE], ahead, beliefs[JERK_DENSITY], known[FOUND + DOUBTS :], out)
-    place_variance, ln_variance, damping, damping_variance = out[1], out[7], out[8], out[9]
+    predict_output(state, beliefs[REFERENCE], ahead, beliefs[JERK_DENSITY], prediction)
+    out = prediction[0]
+    position_variance, ln_variance = out["deflection_variance"], out["ln_stiffness_variance"]
+    damping, damping_variance = out["damping"], out["damping_variance"]
     if not np.isnan(deflection):
-        apart = deflection - out[0]
+        apart = deflection - out["deflection"]
         square = apart * apart
-        far = square > FAR * (place_variance + beliefs[NOISE_VARIANCE])
+        far = square > FAR * (position_variance + beliefs[NOISE_VARIANCE])
         beliefs[ASTRAY] = square if far and beliefs[IS_FAR] > 0.0 else 0.0
         beliefs[IS_FAR] = 1.0 if far else 0.0
     if beliefs[ASTRAY] > 0.0:
-        place_variance += beliefs[ASTRAY]
-        ln_variance += z[4] * z[4] * beliefs[ASTRAY]
+        position_variance += beliefs[ASTRAY]
+        by_x = ln_stiffness_gradient(z[K2], 0.0)[0]
+        ln_variance += by_x * by_x * beliefs[ASTRAY]
     doubted, knows = beliefs[DOUBTED] > 0.0, beliefs[KNOWS] > 0.0
     complaining = doubted or stamp_ns < moments[COMPLAINED]
     trusted = heard and not (doubted or blind)
-    stiffness = out[6]
-    parted = knows or p[5, 5] < (PARTED * z[5]) ** 2
+    stiffness = out["stiffness"]
+    parted = knows or p[D1, D1] < (PARTED * z[D1]) ** 2
     stiffness_valid = trusted and parted and ln_variance < STIFFNESS * STIFFNESS
-    tolerance = DAMPING * max(abs(damping), 0.2 * z[5])
+    tolerance = DAMPING * max(abs(damping), 0.2 * z[D1])
     damping_valid = trusted and knows and damping_variance < tolerance * tolerance
     row[0] = heard and not complaining
-    row[1], row[2], row[3] = out[0], place_variance, heard
-    row[4], row[5], row[6] = out[2], out[3], heard
-    row[7], row[8], row[9] = out[4], out[5], heard
+    row[1], row[2], row[3] = out["deflection"], position_variance, heard
+    row[4], row[5], row[6] = out["velocity"], out["velocity_variance"], heard
+    row[7], row[8], row[9] = out["acceleration"], out["acceleration_variance"], heard
     row[10], row[11], row[12] = stiffness, stiffness * stiffness * ln_variance, stiffness_valid
-    row[13], row[14], row[15] = damping, damping_variance, damping_valid and abs(out[2]) < NEAR_MAXIMUM * out[15]
-    row[16], row[17], row[18] = out[10], out[11], trusted and beliefs[INERTIA_KNOWN] > 0.0
-    row[19], row[20], row[21] = out[12], out[13], out[14]
+    row[13], row[14] = damping, damping_variance
+    row[15] = damping_valid and abs(out["velocity"]) < NEAR_MAXIMUM * out["peak_speed"]
+    row[16], row[17], row[18] = out["inertia"], out["inertia_variance"], trusted and beliefs[INERTIA_KNOWN] > 0.0
+    row[19], row[20] = out["stiffness_damping_covariance"], out["stiffness_inertia_covariance"]
+    row[21] = out["damping_inertia_covariance"]
     if stale:
         row[22] = STALE
     elif complaining and knows:
@@ -104,44 +110,44 @@ def as_tuple(row: Array) -> Assessment:
 
 @compiled
 def predict_row(
-    known: Array, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
+    state: Record, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
     heard: bool, blind: bool, stale: bool,
 ) -> Assessment:  # fmt: skip
     """As `assess_into`."""
     row = np.empty(FIELDS)
-    predict_into(row, known, beliefs, moments, stamp_ns, instant_ns, deflection, heard, blind, stale)
+    predict_into(row, state, beliefs, moments, stamp_ns, instant_ns, deflection, heard, blind, stale)
     return as_tuple(row)
 
 
 @compiled
 def process_into(
-    row: Array, memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
+    row: Array, memory: Array, stamps: Moments, state: Record, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """`take` a sample and, where no step is due and its signs say nothing, FOLLOWED: assessed into the row as well."""
     verdict, found, instant_ns, blocks = preprocess(memory, stamps, stamp_ns, force, deflection)
     if verdict == ACCEPT and not found and not blocks and beliefs[HOLDS] > 0.0:
         verdict = FAST_PATH
-        predict_into(row, known, beliefs, moments, stamp_ns, instant_ns, deflection, True, False, False)
+        predict_into(row, state, beliefs, moments, stamp_ns, instant_ns, deflection, True, False, False)
     return verdict, found, instant_ns, blocks
 
 
 @compiled
 def process_sample(
-    memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
+    memory: Array, stamps: Moments, state: Record, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int, Assessment]:  # fmt: skip
     """As `follow_into`; the assessment means something with FOLLOWED alone."""
     row = np.zeros(FIELDS)
     verdict, found, instant_ns, blocks = process_into(
-        row, memory, stamps, known, beliefs, moments, stamp_ns, force, deflection
+        row, memory, stamps, state, beliefs, moments, stamp_ns, force, deflection
     )
     return verdict, found, instant_ns, blocks, as_tuple(row)
 
 
 @compiled
 def process_samples(
-    rows: Array, memory: Array, stamps: Moments, known: Array, beliefs: Array, moments: Moments,
+    rows: Array, memory: Array, stamps: Moments, state: Record, beliefs: Array, moments: Moments,
     stamp_ns: Moments, force: Array, deflection: Array, first: int, end: int,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
     """`follow_into` samples from `first` on up to one that is not FOLLOWED; which, and what is said of it.
@@ -150,7 +156,7 @@ def process_samples(
     """
     for i in range(first, end):
         verdict, found, instant_ns, blocks = process_into(
-            rows[i, :FIELDS], memory, stamps, known, beliefs, moments, stamp_ns[i], force[i], deflection[i]
+            rows[i, :FIELDS], memory, stamps, state, beliefs, moments, stamp_ns[i], force[i], deflection[i]
         )
         if verdict != FAST_PATH:
             return i, verdict, found, instant_ns, blocks

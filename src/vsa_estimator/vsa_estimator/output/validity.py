@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from vsa_estimator.filter.ekf import MIN_STROKE
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.force_law.transmission import Z, peak_speed
+from vsa_estimator.force_law.damper import peak_speed
+from vsa_estimator.force_law.state import Z
 from vsa_estimator.output.predictor import DAMPING, NEAR_MAXIMUM, STIFFNESS
+from vsa_estimator.tuning.filter import MIN_STROKE
 
 K2 = 0.05
 CUBIC = 0.25  # of a valid d2
