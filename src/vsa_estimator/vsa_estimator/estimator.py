@@ -24,9 +24,9 @@ from vsa_estimator.output.predictor import (
 )
 from vsa_estimator.output.validity import Observability, assess_observability, describe_unobservable
 from vsa_estimator.precompile import precompile
-from vsa_estimator.preprocessing import sensor_checks as signs
 from vsa_estimator.preprocessing.decimator import Decimated
-from vsa_estimator.preprocessing.pipeline import DEFLECTION_SPIKE, FORCE_SPIKE, Pipeline
+from vsa_estimator.preprocessing.pipeline import Pipeline
+from vsa_estimator.preprocessing.sensor_flags import SensorFlag
 from vsa_estimator.preprocessing.validation import DROP, TIME_RESET
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.supervisor import Supervisor
@@ -65,7 +65,7 @@ class Estimator:
         self._finish_pending()
         samples = self._samples
         verdict, found, instant_ns, blocks, assessment = process_sample(
-            samples.memory, samples.stamps, self._supervisor.tracker.state, self._snapshot, self._moments,
+            samples.state, self._supervisor.tracker.state, self._snapshot, self._moments,
             stamp_ns, force, deflection,
         )  # fmt: skip
         if verdict != FAST_PATH:
@@ -84,7 +84,7 @@ class Estimator:
         while first <= end:  # the last one by itself: it leaves all as `add` does
             self._finish_pending()
             until, verdict, found, instant_ns, blocks = process_samples(
-                rows, samples.memory, samples.stamps, self._supervisor.tracker.state, self._snapshot, self._moments,
+                rows, samples.state, self._supervisor.tracker.state, self._snapshot, self._moments,
                 stamp_ns, force, deflection, first, end,
             )  # fmt: skip
             if until > first:
@@ -200,17 +200,17 @@ class Estimator:
             self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
         supervisor = self._supervisor
-        supervisor.encoder_fault = found & signs.BLINDED > 0
+        supervisor.encoder_fault = found & SensorFlag.ENCODER_FAULT.value > 0
         if not self._started:
             supervisor.start(instant_ns, force, deflection)
             self._started = True
         if found:
-            if found & signs.HURRIED:
+            if found & SensorFlag.TIMING_SUSPECT.value:
                 supervisor.mark_timing_suspect(instant_ns)
             self._health.add_flags(found, stamp_ns)
-            supervisor.force_rejected += found & FORCE_SPIKE > 0
-            supervisor.deflection_rejected += found & DEFLECTION_SPIKE > 0
-        finished, averaged = self._samples.finished(blocks), self._samples.averaged
+            supervisor.force_rejected += found & SensorFlag.FORCE_OUTLIER.value > 0
+            supervisor.deflection_rejected += found & SensorFlag.DEFLECTION_OUTLIER.value > 0
+        finished, averaged = self._samples.finished(blocks), self._samples.is_decimating
         if not averaged:
             for block in finished:
                 supervisor.step(block, self._force)
@@ -220,7 +220,7 @@ class Estimator:
             self._pending = finished
         if found or not averaged:
             self._publish_snapshot()
-        if found & DEFLECTION_SPIKE:
+        if found & SensorFlag.DEFLECTION_OUTLIER.value:
             deflection = math.nan
         return self._report(stamp_ns, instant_ns, force, predict_row(
             supervisor.tracker.state, self._snapshot, self._moments, stamp_ns, instant_ns, deflection,

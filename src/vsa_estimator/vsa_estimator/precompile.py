@@ -24,7 +24,15 @@ def precompile() -> None:
     beliefs, moments = np.zeros(SNAPSHOT), np.zeros(2, dtype=np.int64)
     samples, sufficient = Pipeline(EstimatorConfig()), tracker.sufficient_stroke
     predict_row(
-        tracker.state, beliefs, moments, 10**9, 10**9, 0.01, sufficient, tracker.beyond_peak_speed, samples.averaged
+        tracker.state,
+        beliefs,
+        moments,
+        10**9,
+        10**9,
+        0.01,
+        sufficient,
+        tracker.beyond_peak_speed,
+        samples.is_decimating,
     )
     tracker.predicted_force(0.01)
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
@@ -34,6 +42,6 @@ def precompile() -> None:
         witness.add(1e-9 * stamp_ns, 0.01, 30.0)
         jerk.add(0.01, 1e-10, 0.01)
         noise.add(30.0, 10)
-        process_sample(samples.memory, samples.stamps, tracker.state, beliefs, moments, stamp_ns, 30.0, 0.01)
+        process_sample(samples.state, tracker.state, beliefs, moments, stamp_ns, 30.0, 0.01)
     witness.isolate_fault()
     noise.refresh()

@@ -20,7 +20,7 @@ from vsa_estimator.modes import Event, Mode, ModeMachine
 from vsa_estimator.output.predictor import MAX_PREDICTION_TIME
 from vsa_estimator.output.validity import inertia_observable
 from vsa_estimator.preprocessing.decimator import Decimated
-from vsa_estimator.preprocessing.pipeline import BEYOND_PEAK_SPEED, Pipeline
+from vsa_estimator.preprocessing.pipeline import Pipeline
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.filter import MIN_JERK_DENSITY, MIN_JERK_DENSITY_WITH_INERTIA, STATIONARY_SPEED
 from vsa_estimator.tuning.supervisor import (
@@ -100,7 +100,7 @@ class Supervisor:
         tracker = self.tracker
         self._force = block.force if block.forces else force
         dt = (block.stamp_ns - self.step_ns) * 1e-9
-        deflection_variance = (self._pipeline.deflection_noise * self.deflection_noise.std) ** 2 / block.samples
+        deflection_variance = (self._pipeline.deflection_noise_ratio * self.deflection_noise.std) ** 2 / block.samples
         if 0.0 < dt <= MAX_PREDICTION_TIME:
             tracker.predict(dt, self.jerk.density)
         if self._is_discontinuous(block, dt, deflection_variance):
@@ -112,7 +112,7 @@ class Supervisor:
         self.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
         if abs(tracker.speed) > STATIONARY_SPEED:
             self._moved_ns = block.stamp_ns
-        self._pipeline.memory[BEYOND_PEAK_SPEED] = self.mode.initialized and tracker.beyond_peak_speed
+        self._pipeline.set_beyond_peak_speed(self.mode.initialized and tracker.beyond_peak_speed)
         decision = self.consistency.evaluate(tracker, self.mode, block.stamp_ns * 1e-9, block, self.encoder_fault)
         self._apply(decision, INCONSISTENT)
         if self._detect_manoeuvre() or self.mode is Mode.SUSPENDED or not block.forces:
@@ -184,7 +184,7 @@ class Supervisor:
             self.initializer.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
         if not self.mode.initialized:
             return
-        force_variance = (self._pipeline.force_noise * self.force_noise.std) ** 2 / block.forces
+        force_variance = (self._pipeline.force_noise_ratio * self.force_noise.std) ** 2 / block.forces
         if not tracker.update_force(block.force, force_variance, deflection_variance, dt):
             self.force_rejected += 1
         if not tracker.nis_test_failed:

@@ -1,4 +1,4 @@
-"""Force and encoder streams become samples."""
+"""Approximate time synchronisation of force and encoder messages."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def test_equal_stamps_make_a_sample_whichever_comes_first():
 
 
 @pytest.mark.parametrize("lead", [1, 7, 30])
-def test_one_side_may_lead_by_many_samples(lead):
+def test_one_stream_may_lead_by_many_messages(lead):
     pairing = Pairing(0, 50 * MS)
     out = []
     for k in range(100):
@@ -32,11 +32,11 @@ def test_stamps_within_the_tolerance_pair_with_the_nearest_and_take_the_force_st
     pairing = Pairing(2 * MS, 50 * MS)
     pairing.add_force(10 * MS, 1.0)
     pairing.add_force(13 * MS, 2.0)
-    assert pairing.add_encoder(12 * MS, 0.01) == []  # the older half still waits
+    assert pairing.add_encoder(12 * MS, 0.01) == []  # an older message is queued
     assert pairing.add_encoder(9 * MS, 0.009) == [Sample(10 * MS, 1.0, 0.009), Sample(13 * MS, 2.0, 0.01)]
 
 
-def test_a_half_is_given_up_and_counted_when_its_partner_s_stream_has_passed_it_by_the_window():
+def test_a_message_is_dropped_and_counted_when_the_other_stream_has_passed_it_by_the_window():
     pairing = Pairing(0, 50 * MS)
     pairing.add_force(10 * MS, 1.0)
     pairing.add_force(20 * MS, 2.0)
@@ -48,7 +48,7 @@ def test_a_half_is_given_up_and_counted_when_its_partner_s_stream_has_passed_it_
 
 
 @pytest.mark.parametrize("first", ["force", "encoder"])
-def test_a_sensor_that_is_held_up_for_long_loses_nothing(first):
+def test_a_long_delay_of_one_stream_loses_no_message(first):
     pairing = Pairing(0, 50 * MS)
     prompt, late = pairing.add_force, pairing.add_encoder
     if first == "encoder":
@@ -59,7 +59,7 @@ def test_a_sensor_that_is_held_up_for_long_loses_nothing(first):
     assert pairing.dropped == 0
 
 
-def test_reordered_halves_come_out_in_order():
+def test_reordered_messages_become_samples_in_order():
     pairing = Pairing(0, 50 * MS)
     out = []
     for k in (0, 2, 1, 3):
@@ -69,14 +69,14 @@ def test_reordered_halves_come_out_in_order():
     assert [sample.stamp_ns for sample in out] == [0, MS, 2 * MS, 3 * MS]
 
 
-def test_queues_are_bounded_when_one_side_is_dead():
+def test_queues_are_bounded_when_one_stream_is_down():
     pairing = Pairing(0, 10_000 * MS, capacity=100)
     for k in range(1000):
         pairing.add_force(k * MS, 0.0)
     assert pairing.dropped == 900
 
 
-def test_a_second_half_with_the_same_stamp_is_counted():
+def test_a_second_message_with_the_same_stamp_is_counted():
     pairing = Pairing(0, 50 * MS)
     pairing.add_force(10 * MS, 1.0)
     pairing.add_force(10 * MS, 1.5)
@@ -84,7 +84,7 @@ def test_a_second_half_with_the_same_stamp_is_counted():
     assert pairing.add_encoder(10 * MS, 0.01) == [Sample(10 * MS, 1.5, 0.01)]
 
 
-def test_stamps_that_jump_back_do_not_block_what_follows():
+def test_a_time_reset_does_not_block_later_messages():
     pairing = Pairing(0, 50 * MS)
     pairing.add_force(100_000 * MS, 1.0)
     pairing.add_force(10 * MS, 2.0)
@@ -93,12 +93,12 @@ def test_stamps_that_jump_back_do_not_block_what_follows():
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("reordered", [False, True])
-def test_a_recording_pairs_as_its_samples_did_live(seed, reordered):
+def test_a_recording_is_paired_as_live_messages_are(seed, reordered):
     generator = np.random.default_rng(seed)
     arrivals = []
     for sensor in (FORCE, ENCODER):
         stamps = np.flatnonzero(generator.random(600) > 0.1) * MS  # a tenth is lost
-        # and the encoder is held up at times
+        # and the encoder is delayed at times
         late = np.maximum.accumulate(stamps + sensor * 400 * MS * (generator.random(len(stamps)) > 0.99))
         if reordered:
             late = late + generator.integers(0, 3 * MS, len(stamps))

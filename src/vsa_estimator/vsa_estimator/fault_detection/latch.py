@@ -1,19 +1,19 @@
 """Active faults: each is raised by sensor flags or by the supervisor, and holds for a time after its last detection."""
 
-from vsa_estimator.preprocessing import sensor_checks as flags
+from vsa_estimator.preprocessing.sensor_flags import SensorFlag
 from vsa_estimator.tuning.fault_detection import FAULT_HOLD_TIME
 
 MAX_STAMP_NS = (1 << 63) - 1
 
 FAULT_TEXTS = {
-    flags.FORCE_NOISY: "force sensor noisy: several times the configured noise",
-    flags.ENCODER_NOISY: "encoder noisy: several times the configured noise",
-    flags.BURST: "burst of samples: delayed in transit",
-    flags.ENCODER_FROZEN: "encoder stuck: constant to the last digit",
-    flags.FORCE_STUCK: "force sensor stuck: constant while the encoder moves",
-    flags.ENCODER_STUCK: "encoder stuck: constant while the force changes",
-    flags.FORCE_SATURATED: "force sensor saturated",
-    flags.DEFLECTION_SATURATED: "deflection at its limit",
+    SensorFlag.FORCE_NOISY: "force sensor noisy: several times the configured noise",
+    SensorFlag.ENCODER_NOISY: "encoder noisy: several times the configured noise",
+    SensorFlag.BURST: "burst of samples: delayed in transit",
+    SensorFlag.ENCODER_FROZEN: "encoder stuck: constant to the last digit",
+    SensorFlag.FORCE_STUCK: "force sensor stuck: constant while the encoder moves",
+    SensorFlag.ENCODER_STUCK: "encoder stuck: constant while the force changes",
+    SensorFlag.FORCE_SATURATED: "force sensor saturated",
+    SensorFlag.DEFLECTION_SATURATED: "deflection at its limit",
 }
 
 
@@ -31,9 +31,9 @@ class FaultLatch:
 
     def add_flags(self, flagged: int, stamp_ns: int) -> None:
         """Count and raise the faults that the flags of a raw sample stand for."""
-        self.force_repeated += bool(flagged & flags.FORCE_REPEATED)
+        self.force_repeated += bool(flagged & SensorFlag.FORCE_REPEATED.value)
         for flag, text in FAULT_TEXTS.items():
-            if flagged & flag:
+            if flagged & flag.value:
                 self.raise_fault(text, stamp_ns)
 
     def raise_fault(self, text: str, stamp_ns: int) -> None:

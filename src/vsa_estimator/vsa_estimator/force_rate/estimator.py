@@ -14,9 +14,8 @@ from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.force_rate.ekf import SIZE, ForceRateFilter, OffsetFilter, R
 from vsa_estimator.force_rate.rate_filter import RATE_FILTER, RateFilter
 from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
-from vsa_estimator.preprocessing import decimator as blocks
-from vsa_estimator.preprocessing import validation
-from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.preprocessing.decimator import Decimated, add_sample, finished_blocks, initial_decimator
+from vsa_estimator.preprocessing.validation import DROP, TIME_RESET, initial_validation, validate
 from vsa_estimator.settings import EstimatorConfig
 
 START_STD = np.array([2e-3, 5e-3, 2e-2, 1.0])  # of v, a, j in SI, and of the filtered rate [N/s]
@@ -38,8 +37,7 @@ class ForceRateEstimator:
     def __init__(self, config: EstimatorConfig) -> None:
         """Ready for the first sample."""
         self.config = config
-        self._bounds = validation.IMPLAUSIBLE_RATIO * np.array([config.force_limit, config.deflection_limit])
-        self._judged = np.zeros(validation.STAMPS, dtype=np.int64)
+        self._validation = initial_validation(config.force_limit, config.deflection_limit)
         self._dropped = 0
         self._reset_count, self._reset_reason = 0, ResetReason.NONE
         self._fused = self._stamp_ns = 0
@@ -47,19 +45,20 @@ class ForceRateEstimator:
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted."""
-        verdict = validation.validate(self._bounds, self._judged, stamp_ns, force, deflection)
-        if verdict == validation.DROP:
+        verdict = validate(self._validation[0], stamp_ns, force, deflection)
+        if verdict == DROP:
             self._dropped += 1
             return None
-        if verdict == validation.TIME_RESET:
+        if verdict == TIME_RESET:
             self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
         if self._filter is not None and stamp_ns - self._stamp_ns > GAP * 1e9:
             self.reset(ResetReason.GAP)
         if self._filter is None:
             self._start(stamp_ns, force, deflection)
-        finished = blocks.collect(self._means, self._stamps, stamp_ns, deflection, force, True, True)
-        for block in blocks.finished_blocks(self._means, self._stamps, finished):
+        decimator = self._decimator[0]
+        finished = add_sample(decimator, stamp_ns, deflection, force, True, True)
+        for block in finished_blocks(decimator, finished):
             self._step(block)
         self._fused += 1
         self._force, self._stamp_ns = force, stamp_ns
@@ -132,8 +131,7 @@ class ForceRateEstimator:
         )
         self._rate = RateFilter()
         self._jerk = JerkDensity()
-        self._means = blocks.no_samples(self.config.filter_rate)
-        self._stamps = np.zeros(blocks.STAMPS, dtype=np.int64)
+        self._decimator = initial_decimator(self.config.filter_rate)
         self._stamp_ns = 0
         self._step_ns = self._refreshed_ns = self._offset_ns = 0
         self._reversed_ns, self._direction = 0, 0.0

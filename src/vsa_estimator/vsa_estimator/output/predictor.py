@@ -1,5 +1,7 @@
 """What the filter says of the impedance between two of its steps, and whether that is to be relied on."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
@@ -121,11 +123,11 @@ def predict_row(
 
 @compiled
 def process_into(
-    row: Array, memory: Array, stamps: Moments, state: Record, beliefs: Array, moments: Moments,
+    row: Array, pipeline_state: NDArray[Any], state: Record, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """`take` a sample and, where no step is due and its signs say nothing, FOLLOWED: assessed into the row as well."""
-    verdict, found, instant_ns, blocks = preprocess(memory, stamps, stamp_ns, force, deflection)
+    verdict, found, instant_ns, blocks = preprocess(pipeline_state, stamp_ns, force, deflection)
     if verdict == ACCEPT and not found and not blocks and beliefs[HOLDS] > 0.0:
         verdict = FAST_PATH
         predict_into(row, state, beliefs, moments, stamp_ns, instant_ns, deflection, True, False, False)
@@ -134,20 +136,20 @@ def process_into(
 
 @compiled
 def process_sample(
-    memory: Array, stamps: Moments, state: Record, beliefs: Array, moments: Moments,
+    pipeline_state: NDArray[Any], state: Record, beliefs: Array, moments: Moments,
     stamp_ns: int, force: float, deflection: float,
 ) -> tuple[int, int, int, int, Assessment]:  # fmt: skip
     """As `follow_into`; the assessment means something with FOLLOWED alone."""
     row = np.zeros(FIELDS)
     verdict, found, instant_ns, blocks = process_into(
-        row, memory, stamps, state, beliefs, moments, stamp_ns, force, deflection
+        row, pipeline_state, state, beliefs, moments, stamp_ns, force, deflection
     )
     return verdict, found, instant_ns, blocks, as_tuple(row)
 
 
 @compiled
 def process_samples(
-    rows: Array, memory: Array, stamps: Moments, state: Record, beliefs: Array, moments: Moments,
+    rows: Array, pipeline_state: NDArray[Any], state: Record, beliefs: Array, moments: Moments,
     stamp_ns: Moments, force: Array, deflection: Array, first: int, end: int,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
     """`follow_into` samples from `first` on up to one that is not FOLLOWED; which, and what is said of it.
@@ -156,7 +158,7 @@ def process_samples(
     """
     for i in range(first, end):
         verdict, found, instant_ns, blocks = process_into(
-            rows[i, :FIELDS], memory, stamps, state, beliefs, moments, stamp_ns[i], force[i], deflection[i]
+            rows[i, :FIELDS], pipeline_state, state, beliefs, moments, stamp_ns[i], force[i], deflection[i]
         )
         if verdict != FAST_PATH:
             return i, verdict, found, instant_ns, blocks

@@ -1,22 +1,19 @@
-"""Averages fast samples down to the filter's rate; at or below that rate a sample passes as it is."""
+"""Block averages of fast samples at the filter's rate; at or below that rate a sample is a block by itself."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_common.types import Array
-
-SPAN = 0.95  # of the filter's period: samples that span it make a block
-
-# What is remembered: usual time between two samples and time of a block [ns]; sums of the unfinished block.
-PERIOD, SPAN_NS, DEFLECTION_SUM, FORCE_SUM, MEANS = range(5)  # deflection and force of up to two finished ones: MEANS
-MEMORY = 9
-# In whole numbers: the last stamp and the block's first [ns], sum of the offsets from it, samples, forces.
-LAST, FIRST, OFFSET_SUM, COUNT, FORCES, FINISHED = range(6)  # stamp, samples and forces of up to two blocks: FINISHED
-STAMPS = 12
-
-Stamps = NDArray[np.int64]
+from vsa_estimator.preprocessing.records import DECIMATOR
+from vsa_estimator.tuning.preprocessing import (
+    BLOCK_GAP,
+    BLOCK_SPAN,
+    MAX_GAP_NS,
+    PERIOD_GAIN,
+    PERIOD_GROWTH,
+    REGULAR_RATIO,
+)
 
 
 class Decimated(NamedTuple):
@@ -24,86 +21,91 @@ class Decimated(NamedTuple):
 
     stamp_ns: int  # mean stamp of the deflections
     deflection: float  # [m]
-    force: float  # mean of the fresh forces; 0 where there was none [N]
+    force: float  # mean of the usable forces; 0 without any [N]
     samples: int
-    forces: int  # fresh ones among them
+    forces: int  # usable ones among them
 
 
-def no_samples(rate: float) -> Array:
-    """Memory before the first sample; `rate` of the filter [Hz]."""
-    memory = np.zeros(MEMORY)
-    memory[SPAN_NS] = SPAN * 1e9 / rate
-    return memory
+def initial_decimator(rate: float) -> NDArray[Any]:
+    """(1,) DECIMATOR before the first sample; `rate` of the filter [Hz]."""
+    state = np.zeros(1, DECIMATOR)
+    state["span_ns"] = BLOCK_SPAN * 1e9 / rate
+    return state
 
 
-@compiled
-def averages(memory: Array) -> bool:
-    """Whether samples come at least twice as fast as the filter steps."""
-    return bool(0.0 < 2.0 * memory[PERIOD] <= memory[SPAN_NS])
-
-
-@compiled
-def clear(memory: Array, stamps: Stamps) -> None:
-    """Forget the unfinished block."""
-    memory[DEFLECTION_SUM] = memory[FORCE_SUM] = 0.0
-    stamps[FIRST:FINISHED] = 0
+def finished_blocks(decimator: Any, count: int) -> list[Decimated]:
+    """The first `count` blocks that the last sample has finished; `decimator`: a DECIMATOR record."""
+    return [Decimated(*block) for block in decimator["finished"][:count].tolist()]
 
 
 @compiled
-def finish(memory: Array, stamps: Stamps, which: int) -> None:
-    """The block is complete."""
-    count, forces = stamps[COUNT], stamps[FORCES]
-    memory[MEANS + 2 * which] = memory[DEFLECTION_SUM] / count
-    memory[MEANS + 2 * which + 1] = memory[FORCE_SUM] / forces if forces else 0.0
-    stamps[FINISHED + 3 * which] = stamps[FIRST] + stamps[OFFSET_SUM] // count
-    stamps[FINISHED + 3 * which + 1] = count
-    stamps[FINISHED + 3 * which + 2] = forces
-    clear(memory, stamps)
+def is_decimating(decimator: Any) -> bool:
+    """Whether the sample rate is at least twice the filter's rate."""
+    return bool(0.0 < 2.0 * decimator["period_ns"] <= decimator["span_ns"])
 
 
 @compiled
-def collect(
-    memory: Array, stamps: Stamps, stamp_ns: int, deflection: float, force: float, placed: bool, fresh: bool
+def add_sample(
+    decimator: Any, stamp_ns: int, deflection: float, force: float, deflection_usable: bool, force_usable: bool
 ) -> int:
-    """Take a sample, deflection and force if they are `placed` and `fresh`; how many blocks it finishes, at most two.
+    """Add a sample [ns, m, N]; count of blocks that it finishes, at most two.
 
-    Samples are collected until they span one period of the filter, by their stamps.
+    A block collects samples until their stamps span one period of the filter.
     """
-    step = stamp_ns - stamps[LAST]
-    gap = stamps[FIRST] > 0 and step > 2.0 * memory[SPAN_NS]
-    if memory[PERIOD] == 0.0:
-        memory[PERIOD] = step if stamps[LAST] else 0.0
-    elif step < 3.0 * memory[PERIOD]:
-        memory[PERIOD] += 0.02 * (step - memory[PERIOD])
-    elif step < 1e9:
-        memory[PERIOD] *= 1.02
-    stamps[LAST] = stamp_ns
+    step = stamp_ns - decimator["last_stamp_ns"]
+    gap = decimator["first_stamp_ns"] > 0 and step > BLOCK_GAP * decimator["span_ns"]
+    update_period(decimator, step)
+    decimator["last_stamp_ns"] = stamp_ns
     finished = 0
     if gap:
-        if stamps[COUNT]:
-            finish(memory, stamps, 0)
+        if decimator["samples"]:
+            finish_block(decimator, 0)
             finished = 1
-        clear(memory, stamps)
-    if not stamps[FIRST]:
-        stamps[FIRST] = stamp_ns
-    if placed:
-        stamps[OFFSET_SUM] += stamp_ns - stamps[FIRST]
-        memory[DEFLECTION_SUM] += deflection
-        stamps[COUNT] += 1
-    if fresh:
-        memory[FORCE_SUM] += force
-        stamps[FORCES] += 1
-    if stamps[COUNT] and memory[PERIOD] and stamp_ns - stamps[FIRST] + memory[PERIOD] >= memory[SPAN_NS]:
-        finish(memory, stamps, finished)
+        clear_block(decimator)
+    if not decimator["first_stamp_ns"]:
+        decimator["first_stamp_ns"] = stamp_ns
+    if deflection_usable:
+        decimator["offset_sum_ns"] += stamp_ns - decimator["first_stamp_ns"]
+        decimator["deflection_sum"] += deflection
+        decimator["samples"] += 1
+    if force_usable:
+        decimator["force_sum"] += force
+        decimator["forces"] += 1
+    period, first = decimator["period_ns"], decimator["first_stamp_ns"]
+    if decimator["samples"] and period and stamp_ns - first + period >= decimator["span_ns"]:
+        finish_block(decimator, finished)
         finished += 1
     return finished
 
 
-def finished_blocks(memory: Array, stamps: Stamps, count: int) -> list[Decimated]:
-    """The blocks that the last sample has finished."""
-    blocks = []
-    for which in range(count):
-        deflection, force = memory[MEANS + 2 * which : MEANS + 2 * which + 2].tolist()
-        stamp_ns, samples, forces = stamps[FINISHED + 3 * which : FINISHED + 3 * which + 3].tolist()
-        blocks.append(Decimated(stamp_ns, deflection, force, samples, forces))
-    return blocks
+@compiled
+def update_period(decimator: Any, step: int) -> None:
+    """Running mean of the sample period after an interval [ns]."""
+    period = decimator["period_ns"]
+    if period == 0.0:
+        decimator["period_ns"] = step if decimator["last_stamp_ns"] else 0.0
+    elif step < REGULAR_RATIO * period:
+        decimator["period_ns"] += PERIOD_GAIN * (step - period)
+    elif step < MAX_GAP_NS:
+        decimator["period_ns"] *= PERIOD_GROWTH
+
+
+@compiled
+def finish_block(decimator: Any, index: int) -> None:
+    """Store the mean of the collected samples as finished block `index`."""
+    block = decimator["finished"][index]
+    samples, forces = decimator["samples"], decimator["forces"]
+    block["stamp_ns"] = decimator["first_stamp_ns"] + decimator["offset_sum_ns"] // samples
+    block["deflection"] = decimator["deflection_sum"] / samples
+    block["force"] = decimator["force_sum"] / forces if forces else 0.0
+    block["samples"] = samples
+    block["forces"] = forces
+    clear_block(decimator)
+
+
+@compiled
+def clear_block(decimator: Any) -> None:
+    """Discard the collected samples."""
+    decimator["deflection_sum"] = decimator["force_sum"] = 0.0
+    decimator["first_stamp_ns"] = decimator["offset_sum_ns"] = 0
+    decimator["samples"] = decimator["forces"] = 0

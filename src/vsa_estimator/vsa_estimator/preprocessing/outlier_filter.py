@@ -1,29 +1,31 @@
-"""Singles out samples that leave the line of their two predecessors; for streams much faster than the motion."""
+"""Single outliers of a stream that is sampled much faster than it moves."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_common.types import Array
-
-ODD = 10.0  # standard deviations of a second difference of white noise
-FEW = 2  # in a row are spikes; after them the signal itself has jumped
-
-LIMIT, LAST, BEFORE, RUN = range(4)
+from vsa_estimator.preprocessing.records import OUTLIER
+from vsa_estimator.tuning.preprocessing import MAX_OUTLIER_RUN, OUTLIER_GATE
 
 
-def no_line(std: float) -> Array:
-    """Memory before the first sample; `std` of the white noise."""
-    return np.array([ODD * math.sqrt(6.0) * std, math.nan, math.nan, 0.0])
+def initial_outlier(std: float) -> NDArray[Any]:
+    """(1,) OUTLIER before the first sample; `std` of the white noise."""
+    state = np.zeros(1, OUTLIER)
+    state["gate"] = OUTLIER_GATE * math.sqrt(6.0) * std  # a second difference has 6 times the variance
+    state["last"] = state["before_last"] = math.nan
+    return state
 
 
 @compiled
-def passes(memory: Array, value: float) -> bool:
-    """Whether to believe a sample."""
-    if memory[RUN] < FEW and abs(value - 2.0 * memory[LAST] + memory[BEFORE]) > memory[LIMIT]:
-        memory[RUN] += 1.0
+def accept(outlier: Any, value: float) -> bool:
+    """Whether a sample continues the line through its two predecessors; `outlier`: an OUTLIER record."""
+    run = outlier["run"]
+    if run < MAX_OUTLIER_RUN and abs(value - 2.0 * outlier["last"] + outlier["before_last"]) > outlier["gate"]:
+        outlier["run"] = run + 1
         return False
-    memory[BEFORE] = value if memory[RUN] > 0.0 or np.isnan(memory[LAST]) else memory[LAST]
-    memory[LAST] = value
-    memory[RUN] = 0.0
+    outlier["before_last"] = value if run > 0 or np.isnan(outlier["last"]) else outlier["last"]
+    outlier["last"] = value
+    outlier["run"] = 0
     return True

@@ -1,116 +1,128 @@
-"""Raw samples on their way to the filter: judged, placed in time, examined, and averaged to its rate.
+"""Path of a raw sample to the filter: validation, timestamp filter, sensor checks, outlier filter, decimator."""
 
-All in one compiled call for each sample; what is remembered lies in two arrays.
-"""
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_common.types import Array
-from vsa_estimator.preprocessing import decimator as blocks
-from vsa_estimator.preprocessing import outlier_filter as spikes
-from vsa_estimator.preprocessing import sensor_checks as signs
-from vsa_estimator.preprocessing import timestamp_filter as sample_clock
-from vsa_estimator.preprocessing import validation
-from vsa_estimator.preprocessing.decimator import Decimated
-from vsa_estimator.preprocessing.validation import ACCEPT, IMPLAUSIBLE_RATIO
-from vsa_estimator.settings import EstimatorConfig
-
-BRISK = (10.0, 3.0)  # slopes of force and deflection after which they ring, in standard deviations a sample
-NO_LESSON = (  # at rest there is nothing to learn, and a stuck encoder must not teach
-    signs.FORCE_REPEATED | signs.ENCODER_QUIET | signs.FORCE_SATURATED | signs.DEFLECTION_SATURATED
+from vsa_estimator.preprocessing.decimator import (
+    Decimated,
+    add_sample,
+    finished_blocks,
+    initial_decimator,
+    is_decimating,
 )
-
-# Signs beyond those of `signs`: a force, a deflection that is a spike.
-FORCE_SPIKE, DEFLECTION_SPIKE = 4096, 8192
-
-# Where in the memory: bounds of force and deflection, whether the rod moves beyond v*, and what each step remembers.
-BEYOND_PEAK_SPEED, _LIMITS = 2, 3
-_FORCE_LINE = _LIMITS + signs.LIMITS
-_DEFLECTION_LINE = _FORCE_LINE + 4
-_BLOCKS = _DEFLECTION_LINE + 4
-_SIGNS = _BLOCKS + blocks.MEMORY
-_CLOCK = _SIGNS + signs.nothing_seen().size
-_JUDGED, _PLACED = validation.STAMPS, validation.STAMPS + sample_clock.STAMPS  # ends of their parts of the stamps
+from vsa_estimator.preprocessing.outlier_filter import accept, initial_outlier
+from vsa_estimator.preprocessing.records import LIMITS, PIPELINE_STATE
+from vsa_estimator.preprocessing.sensor_checks import check_sensors, initial_checks
+from vsa_estimator.preprocessing.sensor_flags import EXCLUDE_FROM_UPDATE, SensorFlag
+from vsa_estimator.preprocessing.timestamp_filter import corrected_stamp, initial_timestamps
+from vsa_estimator.preprocessing.validation import ACCEPT, initial_validation, validate
+from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.preprocessing import (
+    FRICTION_BOUND,
+    HIGH_SLEW_DEFLECTION,
+    HIGH_SLEW_FORCE,
+    STUCK_DEFLECTION_NOISE,
+    STUCK_DEFLECTION_STEPS,
+    STUCK_FORCE_FRICTION,
+    STUCK_FORCE_NOISE,
+)
 
 
 @compiled
-def preprocess(
-    memory: Array, stamps: NDArray[np.int64], stamp_ns: int, force: float, deflection: float
-) -> tuple[int, int, int, int]:
-    """Verdict on a sample (stamp_ns, force [N], deflection [m]); its signs, its instant [ns], and blocks finished."""
-    verdict = validation.validate(memory[:2], stamps[:_JUDGED], stamp_ns, force, deflection)
-    if verdict != ACCEPT:
-        return verdict, 0, 0, 0
-    averaged = memory[_BLOCKS:_SIGNS]
-    instant_ns = sample_clock.instant(memory[_CLOCK:], stamps[_JUDGED:_PLACED], stamp_ns, deflection)
-    undamped = memory[BEYOND_PEAK_SPEED] > 0.0
-    limits, period_ns = memory[_LIMITS:_FORCE_LINE], averaged[blocks.PERIOD]
-    found = signs.examine(memory[_SIGNS:_CLOCK], limits, stamp_ns, force, deflection, undamped, period_ns)
-    fresh, placed = found & NO_LESSON == 0, True
-    if blocks.averages(averaged):
-        if fresh and not spikes.passes(memory[_FORCE_LINE:_DEFLECTION_LINE], force):
-            found |= FORCE_SPIKE
-            fresh = False
-        if not spikes.passes(memory[_DEFLECTION_LINE:_BLOCKS], deflection):
-            found |= DEFLECTION_SPIKE
-            placed = False
-    finished = blocks.collect(averaged, stamps[_PLACED:], instant_ns, deflection, force, placed, fresh)
-    return verdict, found, instant_ns, finished
+def preprocess(state: NDArray[Any], stamp_ns: int, force: float, deflection: float) -> tuple[int, int, int, int]:
+    """Outcome of `validate`, SensorFlag bits, instant [ns] and count of finished blocks of a sample [ns, N, m].
+
+    `state`: (1,) PIPELINE_STATE. All but the outcome are 0 unless it is ACCEPT.
+    """
+    now = state[0]
+    outcome = validate(now["validation"], stamp_ns, force, deflection)
+    if outcome != ACCEPT:
+        return outcome, 0, 0, 0
+    decimator = now["decimator"]
+    instant_ns = corrected_stamp(now["timestamps"], stamp_ns, deflection)
+    flags = check_sensors(
+        now["checks"], now["limits"], stamp_ns, force, deflection, now["beyond_peak_speed"], decimator["period_ns"]
+    )
+    force_usable, deflection_usable = flags & EXCLUDE_FROM_UPDATE == 0, True
+    if is_decimating(decimator):
+        if force_usable and not accept(now["force_outliers"], force):
+            flags |= SensorFlag.FORCE_OUTLIER.value
+            force_usable = False
+        if not accept(now["deflection_outliers"], deflection):
+            flags |= SensorFlag.DEFLECTION_OUTLIER.value
+            deflection_usable = False
+    finished = add_sample(decimator, instant_ns, deflection, force, deflection_usable, force_usable)
+    return outcome, flags, instant_ns, finished
 
 
 class Pipeline:
-    """What `take` remembers of one transmission's samples."""
+    """Preprocessing of one transmission's samples; `state`, a (1,) PIPELINE_STATE, is the argument of `preprocess`."""
 
     def __init__(self, config: EstimatorConfig) -> None:
         """Limits and noise from the configuration."""
         self._config = config
-        self.memory = _nothing(config)
-        self.stamps = np.zeros(_PLACED + blocks.STAMPS, dtype=np.int64)
+        self.state = _initial_state(config)
 
     def reset(self) -> None:
-        """Begin anew; which stamp was the last is still known."""
-        self.memory[:] = _nothing(self._config)
-        self.stamps[_JUDGED:] = 0
+        """Clear the state except for the validation: stamps remain increasing."""
+        validation = self.state["validation"].copy()
+        self.state[:] = _initial_state(self._config)
+        self.state["validation"] = validation
+
+    def set_beyond_peak_speed(self, beyond_peak_speed: bool) -> None:
+        """Set whether the rod is faster than v*, where its residual vibration is not sensor noise."""
+        self.state["beyond_peak_speed"] = beyond_peak_speed
+
+    def finished(self, count: int) -> list[Decimated]:
+        """The `count` blocks that the last sample has finished."""
+        return finished_blocks(self.state[0]["decimator"], count)
 
     @property
     def period_ns(self) -> float:
         """Running mean of the sample period [ns]; 0 before the second sample."""
-        return float(self.memory[_BLOCKS + blocks.PERIOD])
+        return float(self.state[0]["decimator"]["period_ns"])
 
     @property
-    def averaged(self) -> bool:
+    def is_decimating(self) -> bool:
         """Whether blocks hold several samples."""
-        return bool(blocks.averages(self.memory[_BLOCKS:_SIGNS]))
+        return bool(is_decimating(self.state[0]["decimator"]))
 
     @property
-    def force_noise(self) -> float:
-        """Noise of the force, times what it should be."""
-        return float(self.memory[_CLOCK - 2])
+    def force_noise_ratio(self) -> float:
+        """Standard deviation of the force's noise relative to the configured one; 1 unless noisy."""
+        return float(self.state[0]["checks"]["force_noise"]["ratio"])
 
     @property
-    def deflection_noise(self) -> float:
-        """Noise of the encoder, times what it should be."""
-        return float(self.memory[_CLOCK - 1])
-
-    def finished(self, count: int) -> list[Decimated]:
-        """The blocks that the last sample has finished."""
-        return blocks.finished_blocks(self.memory[_BLOCKS:_SIGNS], self.stamps[_PLACED:], count)
+    def deflection_noise_ratio(self) -> float:
+        """Standard deviation of the encoder's noise relative to the configured one; 1 unless noisy."""
+        return float(self.state[0]["checks"]["encoder_noise"]["ratio"])
 
 
-def _nothing(config: EstimatorConfig) -> Array:
-    """Memory before the first sample."""
-    force_std, deflection_std = config.force_noise_std, config.deflection_std
-    friction = config.initial.coulomb_friction + 2.0 * config.initial.coulomb_friction_std
-    limits = np.zeros(signs.LIMITS)
-    limits[signs.FORCE_STD], limits[signs.DEFLECTION_STD] = force_std, deflection_std
-    limits[signs.BRISK_FORCE], limits[signs.BRISK_DEFLECTION] = BRISK[0] * force_std, BRISK[1] * deflection_std
-    limits[signs.FORCE_TRAVEL] = 40.0 * config.force_noise_std + 2.0 * friction
-    limits[signs.DEFLECTION_TRAVEL] = 20.0 * config.deflection_noise_std + 5.0 * config.deflection_resolution
-    limits[signs.FORCE_LIMIT], limits[signs.DEFLECTION_LIMIT] = config.force_limit, config.deflection_limit
-    bounds = [IMPLAUSIBLE_RATIO * config.force_limit, IMPLAUSIBLE_RATIO * config.deflection_limit, 0.0]
-    lines = spikes.no_line(force_std), spikes.no_line(deflection_std)
-    return np.concatenate([
-        bounds, limits, *lines, blocks.no_samples(config.filter_rate), signs.nothing_seen(),
-        sample_clock.no_instant(),
-    ])  # fmt: skip
+def _initial_state(config: EstimatorConfig) -> NDArray[Any]:
+    """(1,) PIPELINE_STATE before the first sample."""
+    state = np.zeros(1, PIPELINE_STATE)
+    state["validation"] = initial_validation(config.force_limit, config.deflection_limit)
+    state["timestamps"] = initial_timestamps()
+    state["limits"] = _limits(config)
+    state["checks"] = initial_checks()
+    state["force_outliers"] = initial_outlier(config.force_noise_std)
+    state["deflection_outliers"] = initial_outlier(config.deflection_std)
+    state["decimator"] = initial_decimator(config.filter_rate)
+    return state
+
+
+def _limits(config: EstimatorConfig) -> NDArray[Any]:
+    """(1,) LIMITS of the sensor checks."""
+    friction = config.initial.coulomb_friction + FRICTION_BOUND * config.initial.coulomb_friction_std
+    limits = np.zeros(1, LIMITS)
+    limits["force_std"], limits["deflection_std"] = config.force_noise_std, config.deflection_std
+    limits["high_slew_force"] = HIGH_SLEW_FORCE * config.force_noise_std
+    limits["high_slew_deflection"] = HIGH_SLEW_DEFLECTION * config.deflection_std
+    limits["force_change"] = STUCK_FORCE_NOISE * config.force_noise_std + STUCK_FORCE_FRICTION * friction
+    limits["deflection_change"] = (
+        STUCK_DEFLECTION_NOISE * config.deflection_noise_std + STUCK_DEFLECTION_STEPS * config.deflection_resolution
+    )
+    limits["force_limit"], limits["deflection_limit"] = config.force_limit, config.deflection_limit
+    return limits

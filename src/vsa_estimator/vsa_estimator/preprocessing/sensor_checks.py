@@ -1,176 +1,198 @@
-"""Signs that a sensor is in trouble, looked for in every raw sample; what they remember lies in arrays."""
+"""Checks of every raw sample: stuck-at, run-length, variance-ratio, timestamp-burst and saturation."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_common.types import Array
-
-STUCK_FORCE_TIME = 0.3  # a force that repeats itself for this long while the rod moves is stuck [s]
-STUCK_ENCODER_TIME = 0.5  # an encoder that does so while the force changes [s]
-QUIET_ENCODER_TIME = 0.15  # an encoder that repeats itself for this long is at rest or stuck [s]
-FROZEN_TIME = 0.03  # a flickering encoder that repeats itself for this long, and against all odds, is stuck [s]
-ODDS = 25.0  # natural logarithm of those odds
-FLICKER = 0.1  # share of samples at which a flickering encoder turns round
-MEMORY = 500.0  # samples over which flicker is looked for
-
-WORTH = 20.0  # samples over which noise is looked at
-LOUD = 9.0  # variance, in units of the usual one, that counts as louder
-RINGING = 4.0  # times the steepest slope of late, from sample to sample
-FADED = 0.25  # of the slope from which on a rod may ring, below which it no longer does
-SHARE = 0.35  # of loud samples from which on the noise is
-MUCH = 30.0  # times its usual noise, from which on an encoder is not believed at all
-MOST = 1e6  # that one sample says of the variance, in units of the usual one
-
-HURRY = 0.3  # of the usual interval, below which a sample belongs to a burst
-BURST_WORTH = 50.0  # samples
-LONGEST = 45e6  # samples of this time may come at once; a busy sender catches up [ns]
-FEWEST = 12
-CLOSE = 20e6  # of samples close together are told, for what they may hide [ns]
-SHORT_PERIOD = 2e6  # slopes from which on a rod may ring are those a sample; where it takes longer, so long [ns]
-
-FORCE_REPEATED, FORCE_STUCK, ENCODER_QUIET, ENCODER_STUCK, ENCODER_FROZEN = 1, 2, 4, 8, 16
-FORCE_NOISY, ENCODER_NOISY, BURST, FORCE_SATURATED, DEFLECTION_SATURATED, DEAFENING = 32, 64, 128, 256, 512, 1024
-BLINDED = 2048  # the encoder is not to be believed
-HURRIED = 16384  # samples come close together
-BLINDING = ENCODER_FROZEN | ENCODER_STUCK | DEFLECTION_SATURATED | DEAFENING | BURST
-BURST_NS = 50e6  # nor for so long after a burst of samples
-
-# What is usual of the sensors, in the array that `examine` takes.
-FORCE_STD, DEFLECTION_STD = 0, 1  # of the white noise [N, m]
-BRISK_FORCE, BRISK_DEFLECTION = 2, 3  # slopes from which on a rod may ring [N, m a sample]
-FORCE_TRAVEL, DEFLECTION_TRAVEL = 4, 5  # more than a stuck other sensor explains [N, m]
-FORCE_LIMIT, DEFLECTION_LIMIT = 6, 7  # [N, m]
-LIMITS = 8
+from vsa_estimator.preprocessing.records import CHECKS
+from vsa_estimator.preprocessing.sensor_flags import ENCODER_FAULT_MASK, SensorFlag
+from vsa_estimator.tuning.preprocessing import (
+    BURST_INTERVAL_CAP,
+    BURST_LIMIT_NS,
+    BURST_RATIO,
+    BURST_SLOWDOWN,
+    BURST_WINDOW,
+    CONSTANT_ENCODER_TIME,
+    ENCODER_FAULT_HOLD_NS,
+    EXCEEDANCE_SHARE,
+    FROZEN_TIME,
+    MAX_REPEAT_SHARE,
+    MIN_BURST,
+    MIN_SUSPECT_RUN,
+    REVERSAL_SHARE,
+    RUN_LENGTH_LOG_ODDS,
+    RUN_LENGTH_WINDOW,
+    SEVERE_NOISE_RATIO,
+    SLEW_INTERVAL_NS,
+    SLOPE_DECAY,
+    STUCK_ENCODER_TIME,
+    STUCK_FORCE_TIME,
+    SUSPECT_TIME_NS,
+    VARIANCE_GATE,
+    VARIANCE_RATIO_CAP,
+    VARIANCE_WINDOW,
+    VIBRATION_AMPLITUDE,
+    VIBRATION_END,
+)
 
 
-def nothing_seen() -> Array:
-    """Memory of `examine` before the first sample: of both constancies, both noises, the pace; until when the encoder
-    is not to be believed [ns], and the noises of force and deflection, 1 for usual."""
-    return np.concatenate([no_value(), no_value(), no_noise(), no_noise(), np.zeros(4), [0.0, 1.0, 1.0]])
-
-
-def no_value() -> Array:
-    """Memory of `constancy`: value, since when [ns], least and greatest of the other meanwhile, how often it has been
-    repeated, leaky shares of samples that repeat the one before and that take the last change back, whether it rose."""
-    return np.array([math.nan, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-
-
-def no_noise() -> Array:
-    """Memory of `noisiness`: last value, the one before, second difference, slope a sample (leaky mean), the steepest
-    of late, whether the rod rings, leaky share of loud samples, variance in units of the usual one."""
-    return np.array([math.nan, math.nan, math.nan, 0.0, 0.0, 0.0, 0.0, 1.0])
+def initial_checks() -> NDArray[Any]:
+    """(1,) CHECKS before the first sample."""
+    state = np.zeros(1, CHECKS)
+    for stuck in (state["force_stuck"], state["encoder_stuck"]):
+        stuck["value"], stuck["repeat_share"] = math.nan, 1.0
+    for noise in (state["force_noise"], state["encoder_noise"]):
+        noise["last"] = noise["before_last"] = noise["second_difference"] = math.nan
+        noise["variance_ratio"] = noise["ratio"] = 1.0
+    return state
 
 
 @compiled
-def constancy(memory: Array, stamp_ns: int, value: float, other: float) -> bool:
-    """Take one sample of a value and another; whether the value repeats itself."""
-    repeated = value == memory[0]
-    memory[4] = memory[4] + 1.0 if repeated else 0.0
-    memory[5] += ((1.0 if repeated else 0.0) - memory[5]) / MEMORY
-    turned = 0.0
-    if not repeated and memory[0] == memory[0]:
-        rose = 1.0 if value > memory[0] else 0.0
-        turned = 1.0 if rose != memory[7] else 0.0
-        memory[7] = rose
-    memory[6] += (turned - memory[6]) / MEMORY
+def check_sensors(
+    checks: Any, limits: Any, stamp_ns: int, force: float, deflection: float, beyond_peak_speed: bool, period_ns: float
+) -> int:
+    """SensorFlag bits of a raw sample [ns, N, m]; `checks`, `limits`: a CHECKS and a LIMITS record.
+
+    `beyond_peak_speed`: the rod is faster than v*; `period_ns`: mean sample period.
+    """
+    flags = check_stuck(checks, limits, stamp_ns, force, deflection)
+    flags |= check_noise(checks, limits, force, deflection, beyond_peak_speed, period_ns)
+    burst = check_burst(checks["burst"], stamp_ns)
+    flags |= burst
+    if burst == SensorFlag.BURST.value:
+        checks["encoder_fault_until_ns"] = stamp_ns + ENCODER_FAULT_HOLD_NS
+    if abs(force) >= limits["force_limit"]:
+        flags |= SensorFlag.FORCE_SATURATED.value
+    if abs(deflection) >= limits["deflection_limit"]:
+        flags |= SensorFlag.DEFLECTION_SATURATED.value
+    if flags & ENCODER_FAULT_MASK or stamp_ns < checks["encoder_fault_until_ns"]:
+        flags |= SensorFlag.ENCODER_FAULT.value
+    return flags
+
+
+@compiled
+def check_stuck(checks: Any, limits: Any, stamp_ns: int, force: float, deflection: float) -> int:
+    """Flags of the stuck-at tests, each with the other sensor as evidence of motion, and of the run-length test."""
+    flags, stuck = 0, checks["force_stuck"]
+    if update_run(stuck, stamp_ns, force, deflection):
+        flags |= SensorFlag.FORCE_REPEATED.value
+        change = stuck["other_max"] - stuck["other_min"]
+        if stamp_ns - stuck["since_ns"] > STUCK_FORCE_TIME * 1e9 and change > limits["deflection_change"]:
+            flags |= SensorFlag.FORCE_STUCK.value
+    stuck = checks["encoder_stuck"]
+    if update_run(stuck, stamp_ns, deflection, force):
+        duration = stamp_ns - stuck["since_ns"]
+        if duration > CONSTANT_ENCODER_TIME * 1e9:
+            flags |= SensorFlag.ENCODER_CONSTANT.value
+        if duration > STUCK_ENCODER_TIME * 1e9 and stuck["other_max"] - stuck["other_min"] > limits["force_change"]:
+            flags |= SensorFlag.ENCODER_STUCK.value
+        if is_frozen(stuck, stamp_ns):
+            flags |= SensorFlag.ENCODER_FROZEN.value
+    return flags
+
+
+@compiled
+def update_run(stuck: Any, stamp_ns: int, value: float, other: float) -> bool:
+    """Whether a sensor repeats its value; `other`: value of the other sensor; `stuck`: a STUCK record."""
+    last = stuck["value"]
+    repeated = value == last
+    stuck["repeats"] = stuck["repeats"] + 1.0 if repeated else 0.0
+    stuck["repeat_share"] += ((1.0 if repeated else 0.0) - stuck["repeat_share"]) / RUN_LENGTH_WINDOW
+    reversed_ = 0.0
+    if not repeated and not np.isnan(last):
+        rising = value > last
+        reversed_ = 1.0 if rising != stuck["is_rising"] else 0.0
+        stuck["is_rising"] = rising
+    stuck["reversal_share"] += (reversed_ - stuck["reversal_share"]) / RUN_LENGTH_WINDOW
     if not repeated:
-        memory[0], memory[1], memory[2], memory[3] = value, stamp_ns, other, other
-    elif other < memory[2]:
-        memory[2] = other
-    elif other > memory[3]:
-        memory[3] = other
+        stuck["value"], stuck["since_ns"] = value, stamp_ns
+        stuck["other_min"] = stuck["other_max"] = other
+    elif other < stuck["other_min"]:
+        stuck["other_min"] = other
+    elif other > stuck["other_max"]:
+        stuck["other_max"] = other
     return bool(repeated)
 
 
 @compiled
-def frozen(memory: Array, stamp_ns: int) -> bool:
-    """Whether a value that used to flicker at rest, too, has ceased to."""
+def is_frozen(stuck: Any, stamp_ns: int) -> bool:
+    """Run-length test: whether a value that dithers at rest has repeated itself for an improbably long run."""
     return bool(
-        memory[6] > FLICKER
-        and memory[4] * -np.log(min(memory[5], 0.999)) > ODDS
-        and stamp_ns - memory[1] > FROZEN_TIME * 1e9
+        stuck["reversal_share"] > REVERSAL_SHARE
+        and stuck["repeats"] * -np.log(min(stuck["repeat_share"], MAX_REPEAT_SHARE)) > RUN_LENGTH_LOG_ODDS
+        and stamp_ns - stuck["since_ns"] > FROZEN_TIME * 1e9
     )
 
 
 @compiled
-def noisiness(memory: Array, value: float, std: float, brisk: float, undamped: bool) -> float:
-    """How much louder a sensor's white noise is than its standard deviation `std`, within a few samples; 1: not.
-
-    Second differences of white noise take each other back, those of a motion do not: their products tell them apart.
-    Beyond v* nothing damps a rod: after a motion of slope `brisk` a sample, or while it is known to be `undamped`, it
-    rings with its tendon. That is not held against the sensor.
-    """
-    last, steepest = memory[0], memory[4]
-    difference = value - 2.0 * last + memory[1]
-    rings = undamped or steepest > (FADED if memory[5] > 0.0 else 1.0) * brisk
-    ringing = RINGING * max(steepest, brisk if undamped else 0.0) if rings else 0.0
-    product = -difference * memory[2] / (4.0 * (std * std + ringing * ringing))
-    memory[0], memory[1], memory[2], memory[5] = value, last, difference, 1.0 if rings else 0.0
-    if product != product:
-        return 1.0
-    memory[3] += (value - last - memory[3]) / WORTH
-    memory[4] = max(abs(memory[3]), steepest * (1.0 - 0.05 / WORTH))
-    memory[6] += ((1.0 if product > LOUD else 0.0) - memory[6]) / WORTH
-    memory[7] += (min(max(product, 0.0), MOST) - memory[7]) / WORTH
-    return float(np.sqrt(max(memory[7], 1.0))) if memory[6] > SHARE else 1.0
-
-
-@compiled
-def burst(memory: Array, stamp_ns: int) -> int:
-    """HURRIED once in a run of samples that come at once; BURST where it is too long: they queued up on their way.
-
-    memory: last stamp [ns], usual interval [ns], stamps seen, run.
-    """
-    step = stamp_ns - memory[0]
-    memory[0] = stamp_ns
-    memory[2] += 1.0
-    if memory[2] < 3.0:
-        memory[1] = step
-        return 0
-    memory[3] = memory[3] + 1.0 if step < HURRY * memory[1] else 0.0
-    worth = min(memory[2], BURST_WORTH) * (10.0 if memory[3] > 0.0 else 1.0)
-    memory[1] += (min(step, 2.0 * memory[1]) - memory[1]) / worth
-    if memory[3] >= FEWEST and memory[3] * memory[1] > LONGEST:
-        return BURST
-    return HURRIED if memory[3] == max(3.0, np.floor(CLOSE / memory[1]) + 1.0) else 0
-
-
-@compiled
-def examine(
-    memory: Array, limits: Array, stamp_ns: int, force: float, deflection: float, undamped: bool, period_ns: float
+def check_noise(
+    checks: Any, limits: Any, force: float, deflection: float, beyond_peak_speed: bool, period_ns: float
 ) -> int:
-    """Signs that one raw sample shows, added up; they come every `period_ns`."""
-    brisk = max(1.0, period_ns / SHORT_PERIOD)
-    forces, places, signs = memory[0:8], memory[8:16], 0
-    if constancy(forces, stamp_ns, force, deflection):
-        signs |= FORCE_REPEATED
-        if stamp_ns - forces[1] > STUCK_FORCE_TIME * 1e9 and forces[3] - forces[2] > limits[DEFLECTION_TRAVEL]:
-            signs |= FORCE_STUCK
-    if constancy(places, stamp_ns, deflection, force):
-        silence = stamp_ns - places[1]
-        if silence > QUIET_ENCODER_TIME * 1e9:
-            signs |= ENCODER_QUIET
-        if silence > STUCK_ENCODER_TIME * 1e9 and places[3] - places[2] > limits[FORCE_TRAVEL]:
-            signs |= ENCODER_STUCK
-        if frozen(places, stamp_ns):
-            signs |= ENCODER_FROZEN
-    memory[-2] = noisiness(memory[16:24], force, limits[FORCE_STD], brisk * limits[BRISK_FORCE], undamped)
-    memory[-1] = noisiness(memory[24:32], deflection, limits[DEFLECTION_STD], brisk * limits[BRISK_DEFLECTION], False)
-    if memory[-2] > 1.0:
-        signs |= FORCE_NOISY
-    if memory[-1] > 1.0:
-        signs |= ENCODER_NOISY
-    if memory[-1] > MUCH:
-        signs |= DEAFENING
-    hurry = burst(memory[32:36], stamp_ns)
-    signs |= hurry
-    if hurry == BURST:
-        memory[-3] = stamp_ns + BURST_NS
-    if abs(force) >= limits[FORCE_LIMIT]:
-        signs |= FORCE_SATURATED
-    if abs(deflection) >= limits[DEFLECTION_LIMIT]:
-        signs |= DEFLECTION_SATURATED
-    if signs & BLINDING or stamp_ns < memory[-3]:
-        signs |= BLINDED
-    return signs
+    """Flags of the variance-ratio tests of both sensors."""
+    flags, interval = 0, max(1.0, period_ns / SLEW_INTERVAL_NS)
+    slew = interval * limits["high_slew_force"]
+    if update_noise(checks["force_noise"], force, limits["force_std"], slew, beyond_peak_speed) > 1.0:
+        flags |= SensorFlag.FORCE_NOISY.value
+    slew = interval * limits["high_slew_deflection"]
+    ratio = update_noise(checks["encoder_noise"], deflection, limits["deflection_std"], slew, False)
+    if ratio > 1.0:
+        flags |= SensorFlag.ENCODER_NOISY.value
+    if ratio > SEVERE_NOISE_RATIO:
+        flags |= SensorFlag.ENCODER_NOISE_SEVERE.value
+    return flags
+
+
+@compiled
+def update_noise(noise: Any, value: float, std: float, high_slew: float, beyond_peak_speed: bool) -> float:
+    """Variance-ratio test: standard deviation of a sensor's white noise relative to `std`, 1 unless it is noisy.
+
+    Consecutive second differences of white noise have the covariance -4 std^2; those of a smooth motion have a
+    positive one. Beyond v* nothing damps the rod: after a motion of slope `high_slew` per sample, or while it is
+    `beyond_peak_speed`, it vibrates with its tendon. The threshold allows for this residual vibration.
+    `noise`: a NOISE record.
+    """
+    last, steepest = noise["last"], noise["steepest"]
+    difference = value - 2.0 * last + noise["before_last"]
+    vibrates = beyond_peak_speed or steepest > (VIBRATION_END if noise["is_vibrating"] else 1.0) * high_slew
+    vibration = VIBRATION_AMPLITUDE * max(steepest, high_slew if beyond_peak_speed else 0.0) if vibrates else 0.0
+    product = -difference * noise["second_difference"] / (4.0 * (std * std + vibration * vibration))
+    noise["last"], noise["before_last"] = value, last
+    noise["second_difference"], noise["is_vibrating"] = difference, vibrates
+    noise["ratio"] = 1.0
+    if np.isnan(product):
+        return 1.0
+    noise["slope"] += (value - last - noise["slope"]) / VARIANCE_WINDOW
+    noise["steepest"] = max(abs(noise["slope"]), steepest * (1.0 - SLOPE_DECAY / VARIANCE_WINDOW))
+    exceeds = 1.0 if product > VARIANCE_GATE else 0.0
+    noise["exceedance_share"] += (exceeds - noise["exceedance_share"]) / VARIANCE_WINDOW
+    ratio = min(max(product, 0.0), VARIANCE_RATIO_CAP)
+    noise["variance_ratio"] += (ratio - noise["variance_ratio"]) / VARIANCE_WINDOW
+    if noise["exceedance_share"] > EXCEEDANCE_SHARE:
+        noise["ratio"] = np.sqrt(max(noise["variance_ratio"], 1.0))
+    return float(noise["ratio"])
+
+
+@compiled
+def check_burst(burst: Any, stamp_ns: int) -> int:
+    """TIMING_SUSPECT once in a run of samples that arrive together, BURST while it is too long, else 0.
+
+    `burst`: a BURST record.
+    """
+    step = stamp_ns - burst["last_stamp_ns"]
+    burst["last_stamp_ns"] = stamp_ns
+    burst["samples"] += 1.0
+    if burst["samples"] < 3.0:
+        burst["interval_ns"] = step
+        return 0
+    mean = burst["interval_ns"]
+    run = burst["run"] + 1.0 if step < BURST_RATIO * mean else 0.0
+    burst["run"] = run
+    window = min(burst["samples"], BURST_WINDOW) * (BURST_SLOWDOWN if run > 0.0 else 1.0)
+    burst["interval_ns"] += (min(step, BURST_INTERVAL_CAP * mean) - mean) / window
+    mean = burst["interval_ns"]
+    if run >= MIN_BURST and run * mean > BURST_LIMIT_NS:
+        return SensorFlag.BURST.value
+    suspect = run == max(MIN_SUSPECT_RUN, np.floor(SUSPECT_TIME_NS / mean) + 1.0)
+    return SensorFlag.TIMING_SUSPECT.value if suspect else 0

@@ -1,38 +1,42 @@
-"""What may reach the filter: finite numbers with stamps that go forward. All else is counted."""
+"""Which samples enter the pipeline: finite, plausible magnitudes with increasing stamps."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_common.types import Array
+from vsa_estimator.preprocessing.records import VALIDATION
+from vsa_estimator.tuning.preprocessing import IMPLAUSIBLE_RATIO, MAX_LATE_RUN, MAX_LATENESS_NS
 
-IMPLAUSIBLE_RATIO = 10.0  # multiple of a sensor's limit that is no measurement
-LATE_NS = 1_000_000_000  # a stamp further back than this is a clock that was set back, not a late sample
-LATE_RUN = 50  # and so is a run of this many late samples
+ACCEPT, DROP, TIME_RESET = range(3)
 
-ACCEPT, DROP, TIME_RESET = range(3)  # what to do with a sample; JUMP: time went back, start again with this sample
 
-LAST, LATE = range(2)  # stamps that are remembered: the last one taken [ns], late ones in turn
-STAMPS = 2
+def initial_validation(force_limit: float, deflection_limit: float) -> NDArray[Any]:
+    """(1,) VALIDATION before the first sample of sensors that saturate at these limits [N, m]."""
+    state = np.zeros(1, VALIDATION)
+    state["max_force"] = IMPLAUSIBLE_RATIO * force_limit
+    state["max_deflection"] = IMPLAUSIBLE_RATIO * deflection_limit
+    return state
 
 
 @compiled
-def validate(bounds: Array, stamps: NDArray[np.int64], stamp_ns: int, force: float, deflection: float) -> int:
-    """TAKE, DROP or JUMP for a sample. Magnitudes beyond the bounds [N, m] are no measurements at all.
+def validate(validation: Any, stamp_ns: int, force: float, deflection: float) -> int:
+    """ACCEPT, DROP or TIME_RESET for a sample [ns, N, m]; `validation`: a VALIDATION record.
 
-    A sample that made time JUMP is taken when it comes again.
+    After a TIME_RESET the same sample is accepted.
     """
-    plausible = abs(force) < bounds[0] and abs(deflection) < bounds[1]
-    if stamp_ns <= 0 or not plausible:  # a NaN is not plausible either
+    plausible = abs(force) < validation["max_force"] and abs(deflection) < validation["max_deflection"]
+    if stamp_ns <= 0 or not plausible:  # NaN is not plausible
         return DROP
-    last = stamps[LAST]
+    last = validation["last_stamp_ns"]
     if stamp_ns > last:
-        stamps[LAST] = stamp_ns
-        stamps[LATE] = 0
+        validation["last_stamp_ns"] = stamp_ns
+        validation["late_run"] = 0
         return ACCEPT
     if stamp_ns < last:
-        stamps[LATE] += 1
-    if last - stamp_ns > LATE_NS or stamps[LATE] >= LATE_RUN:
-        stamps[LAST] = stamp_ns - 1
-        stamps[LATE] = 0
+        validation["late_run"] += 1
+    if last - stamp_ns > MAX_LATENESS_NS or validation["late_run"] >= MAX_LATE_RUN:
+        validation["last_stamp_ns"] = stamp_ns - 1
+        validation["late_run"] = 0
         return TIME_RESET
     return DROP

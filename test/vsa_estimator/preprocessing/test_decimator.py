@@ -1,0 +1,52 @@
+"""Block averages of fast samples."""
+
+import numpy as np
+import pytest
+from vsa_estimator.preprocessing.decimator import (
+    Decimated,
+    add_sample,
+    finished_blocks,
+    initial_decimator,
+    is_decimating,
+)
+
+MS = 1_000_000
+
+
+def blocks_of(stamps, deflections, forces, rate=100.0, usable=None):
+    decimator, blocks = initial_decimator(rate)[0], []
+    for k, sample in enumerate(zip(stamps, deflections, forces, strict=True)):
+        usable_now = usable is None or bool(usable[k])
+        blocks += finished_blocks(decimator, add_sample(decimator, *sample, True, usable_now))
+    return blocks, decimator
+
+
+def test_samples_at_the_filter_s_rate_pass_unchanged():
+    stamps = [10 * MS * k for k in range(1, 20)]
+    blocks, decimator = blocks_of(stamps, [0.01] * 19, [30.0] * 19)
+    assert blocks[1:] == [Decimated(stamp, 0.01, 30.0, 1, 1) for stamp in stamps[2:]]
+    assert not is_decimating(decimator)
+
+
+def test_fast_samples_are_averaged_over_a_period_of_the_filter():
+    k = np.arange(1, 101)
+    blocks, decimator = blocks_of((k * MS).tolist(), (1e-4 * k).tolist(), (30.0 + k).tolist())
+    assert is_decimating(decimator)
+    assert decimator["period_ns"] == MS
+    for block in blocks[1:]:
+        assert block.samples == block.forces == 10
+        assert block.deflection == pytest.approx(1e-4 * block.stamp_ns / MS, abs=1e-4)
+        assert block.force == pytest.approx(30.0 + 1e4 * block.deflection, abs=1e-9)
+
+
+def test_unusable_forces_do_not_enter_the_mean():
+    k = np.arange(1, 101)
+    blocks, _ = blocks_of((k * MS).tolist(), [0.01] * 100, np.where(k % 2, 30.0, 99.0).tolist(), usable=k % 2)
+    assert all(block.force == 30.0 and block.forces == 5 for block in blocks[1:])
+
+
+def test_no_block_spans_a_gap():
+    stamps = [MS * k for k in (*range(1, 35), *range(100, 135))]
+    blocks, _ = blocks_of(stamps, [0.01] * len(stamps), [30.0] * len(stamps))
+    assert not any(40 * MS < block.stamp_ns < 100 * MS for block in blocks)
+    assert sum(block.samples for block in blocks) >= len(stamps) - 10
