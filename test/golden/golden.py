@@ -53,7 +53,7 @@ def estimate(recording) -> dict[str, np.ndarray]:
     for begin in range(half, len(stamps), CHUNK):
         part = slice(begin, begin + CHUNK)
         many = estimator.add_many(stamps[part], force[part], deflection[part])
-        rows.extend(np.asarray(many))
+        rows.append(many.view("f8"))
         states.append(numbers(estimator.state()))
     for silence_ns in (1_000_000, 20_000_000, 300_000_000):
         predictions.append(numbers(estimator.predict_to(int(np.max(stamps[-20:])) + silence_ns)))

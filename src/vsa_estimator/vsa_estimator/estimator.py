@@ -1,28 +1,29 @@
 """Impedance of one transmission from its force and deflection, sample by sample.
 
-Live and replayed samples take the same way: intake -> block average -> filter -> report. The same samples give the
-same estimates to the bit: nothing here asks a clock, and long computations are cut into slices counted in steps.
+A sample passes preprocessing, filter and output. Live and replayed samples pass the same code: the same samples give
+the same estimates to the bit. No clock is read, and long computations are divided into parts counted in samples.
 """
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
-from vsa_common.types import Array, ResetReason, Status
+from vsa_common.types import Array, Integers, ResetReason, Status
 from vsa_estimator.fault_detection.latch import FaultLatch
+from vsa_estimator.filter.records import Record
 from vsa_estimator.modes import Mode
-from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
+from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
 from vsa_estimator.output.predictor import (
+    ALIVE,
     FAST_PATH,
-    HOLDS,
-    REFERENCE,
-    SNAPSHOT,
-    Assessment,
-    predict_row,
+    Condition,
+    Outcome,
+    Predicted,
+    predict,
     process_sample,
     process_samples,
 )
-from vsa_estimator.output.validity import Observability, assess_observability, describe_unobservable
+from vsa_estimator.output.records import SNAPSHOT
+from vsa_estimator.output.state import Diagnostics, state_of
 from vsa_estimator.precompile import precompile
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.preprocessing.pipeline import Pipeline
@@ -30,77 +31,73 @@ from vsa_estimator.preprocessing.sensor_flags import SensorFlag
 from vsa_estimator.preprocessing.validation import DROP, TIME_RESET
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.supervisor import Supervisor
+from vsa_estimator.tuning.output import INVALID_TIME, STALE_PERIODS, STALE_TIME
 
-STALE_PERIODS, STALE_TIME = 5, 0.05  # silence is stale after the longer of the two [1, s]
-INVALID_TIME = 0.1  # and its estimates are invalid from then on [s]
-COEFFICIENTS = 6  # of an appraisal, the first ones, go with each estimate
+Sample = tuple[int, float, float]  # stamp [ns], force [N], deflection [m]
+
 _TUPLE = tuple.__new__
 _STATUS = tuple(Status)
+_ENCODER_FAULT, _TIMING_SUSPECT = SensorFlag.ENCODER_FAULT.value, SensorFlag.TIMING_SUSPECT.value
+_FORCE_OUTLIER, _DEFLECTION_OUTLIER = SensorFlag.FORCE_OUTLIER.value, SensorFlag.DEFLECTION_OUTLIER.value
 
 
 class Estimator:
     """The live estimator of one transmission, formulation `force`."""
 
     def __init__(self, config: EstimatorConfig) -> None:
-        """Compiles what has to be compiled, so that no sample waits for it."""
+        """Compile everything first, so that no sample waits for the compiler."""
         self.config = config
-        self._samples = Pipeline(config)
-        self._health = FaultLatch()
-        self._supervisor = Supervisor(config, self._samples, self._health)
+        self._pipeline = Pipeline(config)
+        self._latch = FaultLatch()
+        self._supervisor = Supervisor(config, self._pipeline, self._latch)
         self._dropped = 0
         self._fused = 0
         self._estimate: Estimate | None
-        self._started: bool
-        self._pending: list[Decimated] | None  # blocks that are to be taken, where a sample has left work to do
-        self._snapshot: Array
-        self._moments: NDArray[np.int64]
+        self._pending: list[Decimated] | None  # finished blocks without their filter step
+        self._snapshot: Record
         self._begin()
         precompile()
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
-        """Estimate at a sample of rod force [N] and deflection [m]; None for one that was dropped and counted.
+        """Estimate at a sample of rod force [N] and deflection [m]; None for a dropped sample, which is counted.
 
-        Where samples are averaged, the step that is due comes later: by `finish_pending` or before the next sample.
+        Where samples are decimated, the filter step that is due is made later: by `finish_pending`, or before the
+        next sample.
         """
-        self._finish_pending()
-        samples = self._samples
-        verdict, found, instant_ns, blocks, assessment = process_sample(
-            samples.state, self._supervisor.tracker.state, self._snapshot, self._moments,
-            stamp_ns, force, deflection,
-        )  # fmt: skip
-        if verdict != FAST_PATH:
-            return self._handle_events(verdict, found, instant_ns, blocks, stamp_ns, force, deflection)
-        self._supervisor.encoder_fault = False
-        return self._report(stamp_ns, instant_ns, force, assessment)
+        self._finish_all_pending()
+        outcome, predicted = process_sample(
+            self._pipeline.state, self._supervisor.tracker.state, self._snapshot, stamp_ns, force, deflection
+        )
+        if outcome[0] != FAST_PATH:
+            return self._handle(outcome, (stamp_ns, force, deflection))
+        self._supervisor.set_encoder_fault(False)
+        return self._accept(stamp_ns, outcome[2], force, predicted)
 
-    def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
-        """`add` of samples in arrays: a row with the fields of an Estimate from force_valid on for each, NaN for none.
-
-        To the bit what `add` says of each of them.
-        """
-        samples, end = self._samples, len(stamp_ns) - 1
-        rows = no_rows(len(stamp_ns))
+    def add_many(self, stamp_ns: Integers, force: Array, deflection: Array) -> Record:
+        """`add` each sample of arrays (n,): (n,) ROW, NaN for dropped samples; the same values to the bit."""
+        last = len(stamp_ns) - 1
+        rows = empty_rows(len(stamp_ns))
         first = 0
-        while first <= end:  # the last one by itself: it leaves all as `add` does
-            self._finish_pending()
-            until, verdict, found, instant_ns, blocks = process_samples(
-                rows, samples.state, self._supervisor.tracker.state, self._snapshot, self._moments,
-                stamp_ns, force, deflection, first, end,
+        while first <= last:
+            self._finish_all_pending()
+            part = slice(first, last)  # the last sample by `add`, which leaves the state as `add` does
+            count, outcome = process_samples(
+                rows[part], self._pipeline.state, self._supervisor.tracker.state, self._snapshot,
+                stamp_ns[part], force[part], deflection[part],
             )  # fmt: skip
-            if until > first:
-                self._fused += until - first
-                self._force = float(force[until - 1])
-            one = int(stamp_ns[until]), float(force[until]), float(deflection[until])
-            if verdict == FAST_PATH:
-                estimate = self.add(*one)
-            else:
-                estimate = self._handle_events(verdict, found, instant_ns, blocks, *one)
-            rows[until] = row_of(estimate)
-            first = until + 1
+            at = first + count
+            if count:
+                self._fused += count
+                self._force = float(force[at - 1])
+            sample = int(stamp_ns[at]), float(force[at]), float(deflection[at])
+            fast = outcome[0] == FAST_PATH
+            estimate = self.add(*sample) if fast else self._handle(outcome, sample)
+            rows[at] = row_of(estimate)
+            first = at + 1
         return rows
 
     def finish_pending(self) -> bool:
-        """Do one thing that the last sample has left to do, steps or a slice of learning; whether there was any."""
+        """Do one part of the deferred work of the last sample, steps or initialization; whether there was any."""
         if self._pending is None:
             return False
         supervisor = self._supervisor
@@ -115,140 +112,131 @@ class Estimator:
             self._publish_snapshot()
         return True
 
-    def _finish_pending(self) -> None:
-        while self.finish_pending():
-            pass
-
     def predict_to(self, stamp_ns: int) -> Estimate | None:
-        """Estimate at an instant [ns] without a sample; STALE when silence lasts. None before the first sample."""
+        """Estimate at an instant [ns] without a sample; STALE after a silence. None before the first sample."""
         last = self._estimate
         if last is None or stamp_ns <= self._stamp_ns:
             return None
-        self._finish_pending()
+        self._finish_all_pending()
         silence = (stamp_ns - self._stamp_ns) * 1e-9
-        stale = silence >= max(STALE_PERIODS * self._samples.period_ns * 1e-9, STALE_TIME)
-        supervisor = self._supervisor
-        now = self._estimate_of(stamp_ns, predict_row(
-            supervisor.tracker.state, self._snapshot, self._moments, stamp_ns,
-            self._instant_ns + stamp_ns - self._stamp_ns, math.nan, silence < INVALID_TIME, supervisor.encoder_fault,
-            stale,
+        condition = Condition.SENSORS_ALIVE if silence < INVALID_TIME else Condition(0)
+        if self._supervisor.encoder_fault:
+            condition |= Condition.ENCODER_FAULT
+        if silence >= max(STALE_PERIODS * self._pipeline.period_ns * 1e-9, STALE_TIME):
+            condition |= Condition.STALE
+        instant_ns = self._instant_ns + stamp_ns - self._stamp_ns
+        now = self._estimate_of(stamp_ns, predict(
+            self._supervisor.tracker.state, self._snapshot, stamp_ns, instant_ns, math.nan, int(condition)
         ))  # fmt: skip
-        shrunk = max(1.0, last.stiffness / max(now.stiffness, 1e-9))  # its variance grows, even where a spring slackens
-        return now._replace(stiffness_variance=now.stiffness_variance * shrunk * shrunk)
+        growth = max(1.0, last.stiffness / max(now.stiffness, 1e-9))  # the variance grows also for a slackening spring
+        return now._replace(stiffness_variance=now.stiffness_variance * growth * growth)
 
     def reset(self, reason: ResetReason = ResetReason.REQUESTED) -> None:
-        """Forget everything but the counters."""
-        self._health.clear()
+        """Drop all state but the counters."""
+        self._latch.clear()
         self._begin()
         self._supervisor.count_reset(reason)
 
     def state(self) -> State:
-        """What the estimator knows now."""
-        self._finish_pending()
-        supervisor, tracker, estimate = self._supervisor, self._supervisor.tracker, self._estimate
-        tracker.update_uncertainty()
-        known = assess_observability(tracker, supervisor.force_noise.std) if estimate else Observability(*[False] * 7)
-        if estimate is None:
-            status, stiffness_valid, damping_valid, moving = Status.INITIALIZING, False, False, False
-        else:
-            status, moving = estimate.status, estimate.velocity_valid
-            stiffness_valid, damping_valid = estimate.stiffness_valid, estimate.damping_valid
-        z, p = tracker.z.tolist(), tracker.covariance
-        variance = np.diag(p).tolist()
-        complaints = filter(None, [*self._health.active_faults(self._stamp_ns), supervisor.modes.reason])
-        lines = describe_unobservable(tracker, known, stiffness_valid, damping_valid)
-        reason = "; ".join(complaints) or ("" if stiffness_valid else lines[0])
-        if status is Status.INITIALIZING:
-            reason = "no sample yet"
-        return State(
-            self._stamp_ns, status, reason, supervisor.reset_count, supervisor.reset_reason,
-            z[0], variance[0], moving, z[1], variance[1], moving, z[2], variance[2], moving,
-            tracker.reference, z[3], variance[3], known.stiffness,
-            z[4], tracker.uncertainty.k2_variance, known.k2,
-            z[5], variance[5], known.d1,
-            z[6], tracker.uncertainty.d2_variance, known.d2,
-            z[7], tracker.uncertainty.inertia_variance, known.inertia,
-            z[8], variance[8], known.force_offset,
-            z[9], variance[9], known.coulomb_friction,
-            tuple(p[3:, 3:].ravel().tolist()), lines,
-            float(tracker.force_monitor["innovation"][0]), float(tracker.force_monitor["variance"][0]),
-            float(tracker.deflection_monitor["innovation"][0]), float(tracker.deflection_monitor["variance"][0]),
-            float(tracker.force_monitor["nis"][0]),
-            supervisor.force_noise.std, supervisor.deflection_noise.std, supervisor.jerk.density,
-            self._fused, self._dropped, supervisor.force_rejected, supervisor.deflection_rejected,
-            self._health.force_repeated,
-        )  # fmt: skip
+        """State after the last sample, with all deferred work done."""
+        self._finish_all_pending()
+        supervisor = self._supervisor
+        supervisor.tracker.update_uncertainty()
+        faults = [*self._latch.active_faults(self._stamp_ns), supervisor.modes.reason]
+        return state_of(supervisor.tracker, self._estimate, Diagnostics(
+            stamp_ns=self._stamp_ns,
+            faults=tuple(text for text in faults if text),
+            reset_count=supervisor.reset_count,
+            reset_reason=supervisor.reset_reason,
+            force_noise_std=supervisor.force_noise.std,
+            deflection_noise_std=supervisor.deflection_noise.std,
+            jerk_density=supervisor.jerk.density,
+            samples_fused=self._fused,
+            samples_dropped=self._dropped,
+            force_rejected=supervisor.force_rejected,
+            deflection_rejected=supervisor.deflection_rejected,
+            force_repeated=self._latch.force_repeated,
+        ))  # fmt: skip
 
     def _begin(self) -> None:
-        self._samples.reset()
+        self._pipeline.reset()
         self._supervisor.reset()
-        self._estimate = None
-        self._pending = None
-        self._started = False
+        self._estimate = self._pending = None
         self._stamp_ns = self._instant_ns = 0
         self._force = 0.0
-        self._snapshot, self._moments = np.zeros(SNAPSHOT), np.zeros(2, dtype=np.int64)
+        self._snapshot = np.zeros(1, SNAPSHOT)
 
-    def _handle_events(
-        self, verdict: int, found: int, instant_ns: int, blocks: int, stamp_ns: int, force: float, deflection: float
-    ) -> Estimate | None:
-        """What a sample makes one do: drop it, start, hear signs of trouble, take steps, learn."""
+    def _finish_all_pending(self) -> None:
+        while self.finish_pending():
+            pass
+
+    def _handle(self, outcome: Outcome, sample: Sample) -> Estimate | None:
+        """Do what a sample outside the fast path requires: drop, reset, start, flags, filter steps, initialization."""
+        verdict, flags, instant_ns, finished = outcome
+        stamp_ns, force, deflection = sample
         if verdict == DROP:
             self._dropped += 1
             return None
         if verdict == TIME_RESET:
             self.reset(ResetReason.TIME_JUMP)
-            return self.add(stamp_ns, force, deflection)
+            return self.add(*sample)
         supervisor = self._supervisor
-        supervisor.encoder_fault = found & SensorFlag.ENCODER_FAULT.value > 0
-        if not self._started:
+        supervisor.set_encoder_fault(flags & _ENCODER_FAULT > 0)
+        if supervisor.mode is Mode.WAITING:
             supervisor.start(instant_ns, force, deflection)
-            self._started = True
-        if found:
-            if found & SensorFlag.TIMING_SUSPECT.value:
-                supervisor.mark_timing_suspect(instant_ns)
-            self._health.add_flags(found, stamp_ns)
-            supervisor.force_rejected += found & SensorFlag.FORCE_OUTLIER.value > 0
-            supervisor.deflection_rejected += found & SensorFlag.DEFLECTION_OUTLIER.value > 0
-        finished, averaged = self._samples.finished(blocks), self._samples.is_decimating
-        if not averaged:
-            for block in finished:
+        if flags:
+            self._handle_flags(flags, stamp_ns, instant_ns)
+        blocks, decimating = self._pipeline.finished(finished), self._pipeline.is_decimating
+        if not decimating:
+            for block in blocks:
                 supervisor.step(block, self._force)
             if supervisor.initializer.is_running:
                 supervisor.run_initialization()
-        elif finished or supervisor.initializer.is_running:
-            self._pending = finished
-        if found or not averaged:
+        elif blocks or supervisor.initializer.is_running:
+            self._pending = blocks
+        if flags or not decimating:
             self._publish_snapshot()
-        if found & SensorFlag.DEFLECTION_OUTLIER.value:
-            deflection = math.nan
-        return self._report(stamp_ns, instant_ns, force, predict_row(
-            supervisor.tracker.state, self._snapshot, self._moments, stamp_ns, instant_ns, deflection,
-            True, supervisor.encoder_fault, False,
+        usable = math.nan if flags & _DEFLECTION_OUTLIER else deflection
+        condition = ALIVE | (int(Condition.ENCODER_FAULT) if supervisor.encoder_fault else 0)
+        return self._accept(stamp_ns, instant_ns, force, predict(
+            supervisor.tracker.state, self._snapshot, stamp_ns, instant_ns, usable, condition
         ))  # fmt: skip
 
+    def _handle_flags(self, flags: int, stamp_ns: int, instant_ns: int) -> None:
+        if flags & _TIMING_SUSPECT:
+            self._supervisor.mark_timing_suspect(instant_ns)
+        self._latch.add_flags(flags, stamp_ns)
+        self._supervisor.count_rejected(flags & _FORCE_OUTLIER > 0, flags & _DEFLECTION_OUTLIER > 0)
+
     def _publish_snapshot(self) -> None:
-        """What holds until the next sample that is to be heeded."""
-        supervisor, tracker = self._supervisor, self._supervisor.tracker
+        """Update what the estimates are predicted from until the next step."""
+        supervisor, tracker, snapshot = self._supervisor, self._supervisor.tracker, self._snapshot[0]
         tracker.update_uncertainty()
         self._force_variance = supervisor.force_noise.std**2
-        self._behind = supervisor.reset_count, supervisor.reset_reason, *tracker.uncertainty[:COEFFICIENTS]
-        self._moments[:] = supervisor.step_ns, self._health.until_ns
-        self._snapshot[HOLDS] = not supervisor.initializer.is_running
-        self._snapshot[REFERENCE:] = (
-            tracker.reference, supervisor.jerk.density, supervisor.deflection_noise.std**2,
-            supervisor.mode is Mode.SUSPENDED, supervisor.mode.initialized, supervisor.inertia_observable,
-            *self._behind,
+        known = tracker.uncertainty
+        self._constants = (
+            supervisor.reset_count, supervisor.reset_reason, known.k2, known.k2_variance, known.d2, known.d2_variance,
+            known.force_offset, known.coulomb_friction,
         )  # fmt: skip
+        snapshot["is_current"] = not supervisor.initializer.is_running
+        snapshot["reference"] = tracker.reference
+        snapshot["jerk_density"] = supervisor.jerk.density
+        snapshot["deflection_noise_variance"] = supervisor.deflection_noise.std**2
+        snapshot["suspended"] = supervisor.mode is Mode.SUSPENDED
+        snapshot["initialized"] = supervisor.mode.initialized
+        snapshot["inertia_observable"] = supervisor.inertia_observable
+        snapshot["step_ns"] = supervisor.step_ns
+        snapshot["fault_until_ns"] = self._latch.until_ns
+        snapshot["constants"] = self._constants
 
-    def _report(self, stamp_ns: int, instant_ns: int, force: float, assessment: Assessment) -> Estimate:
+    def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:
         self._fused += 1
         self._force, self._stamp_ns, self._instant_ns = force, stamp_ns, instant_ns
-        estimate = self._estimate = self._estimate_of(stamp_ns, assessment)
+        estimate = self._estimate = self._estimate_of(stamp_ns, predicted)
         return estimate
 
-    def _estimate_of(self, stamp_ns: int, assessment: Assessment) -> Estimate:
-        *known, status = assessment
-        return _TUPLE(Estimate, (  # past the many arguments of its __new__, at every sample
-            stamp_ns, self._force, self._force_variance, *known, _STATUS[status], *self._behind,
+    def _estimate_of(self, stamp_ns: int, predicted: Predicted) -> Estimate:
+        *values, status = predicted
+        return _TUPLE(Estimate, (  # without the 34 arguments of Estimate.__new__, for every sample
+            stamp_ns, self._force, self._force_variance, *values, _STATUS[status], *self._constants,
         ))  # fmt: skip

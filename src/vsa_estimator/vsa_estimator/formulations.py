@@ -1,31 +1,30 @@
-"""Which filter estimates, chosen by the parameter `formulation`."""
+"""The filter of the parameter `formulation`, and what both formulations offer."""
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-from vsa_common.types import Array, ResetReason
+from vsa_common.types import Array, Integers, ResetReason
+from vsa_estimator.filter.records import Record
 from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.settings import EstimatorConfig
 
 
 class TransmissionEstimator(Protocol):
-    """What every formulation offers."""
+    """Estimator of one transmission."""
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
-        """Take one paired sample in ([ns], [N], [m]); the estimate at its stamp, None where it was dropped."""
+        """Estimate at a sample ([ns], [N], [m]); None if it was dropped."""
         ...
 
-    def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
-        """As many samples at once; a row of `values.ROW` for each, NaN where it was dropped."""
+    def add_many(self, stamp_ns: Integers, force: Array, deflection: Array) -> Record:
+        """`add` each sample of arrays (n,): (n,) ROW, NaN for dropped samples."""
         ...
 
     def finish_pending(self) -> bool:
-        """Do now what the last sample has left to do; whether there was anything."""
+        """Do one part of the deferred work of the last sample; whether there was any."""
         ...
 
     def state(self) -> State:
-        """What is known and how it is doing."""
+        """State and diagnostics."""
         ...
 
     def predict_to(self, stamp_ns: int) -> Estimate | None:
@@ -33,12 +32,12 @@ class TransmissionEstimator(Protocol):
         ...
 
     def reset(self, reason: ResetReason = ResetReason.REQUESTED) -> None:
-        """Forget everything but the configuration and the counters."""
+        """Drop all state but configuration and counters."""
         ...
 
 
 def create_estimator(config: EstimatorConfig) -> TransmissionEstimator:
-    """The estimator that `config` asks for, in its first state."""
+    """A new estimator of the configured formulation."""
     if config.formulation == "force_rate":
         from vsa_estimator.force_rate.estimator import ForceRateEstimator
 

@@ -17,12 +17,12 @@ from vsa_estimator.initialization.cross_check import CrossCheckSchedule
 from vsa_estimator.initialization.regression import Fit
 from vsa_estimator.initialization.scheduler import Initializer
 from vsa_estimator.modes import Event, Mode, ModeMachine
-from vsa_estimator.output.predictor import MAX_PREDICTION_TIME
 from vsa_estimator.output.validity import inertia_observable
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.preprocessing.pipeline import Pipeline
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.filter import MIN_JERK_DENSITY, MIN_JERK_DENSITY_WITH_INERTIA, STATIONARY_SPEED
+from vsa_estimator.tuning.output import MAX_PREDICTION_TIME
 from vsa_estimator.tuning.supervisor import (
     COUNTED_GAP,
     INERTIA_NEGLIGIBLE,
@@ -89,6 +89,15 @@ class Supervisor:
     def mark_timing_suspect(self, instant_ns: int) -> None:
         """Samples came in a burst at `instant_ns` [ns]: a clock may have stood still."""
         self._position.mark_timing_suspect(instant_ns)
+
+    def set_encoder_fault(self, faulty: bool) -> None:
+        """Set whether the encoder was faulty at the last sample."""
+        self.encoder_fault = faulty
+
+    def count_rejected(self, force: bool, deflection: bool) -> None:
+        """Count rejected samples of force and deflection."""
+        self.force_rejected += force
+        self.deflection_rejected += deflection
 
     def count_reset(self, reason: ResetReason) -> None:
         """Count a reset."""

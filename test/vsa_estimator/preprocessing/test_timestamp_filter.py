@@ -53,9 +53,9 @@ def instants(stamp, taken, motion=SLOW):
 def test_sample_clock_is_estimated_from_delayed_stamps(rate, motion):
     taken = np.arange(10 * rate) / rate
     stamp = delayed(taken)
-    off = (instants(stamp, taken, motion) - taken)[3 * rate :]
+    error = (instants(stamp, taken, motion) - taken)[3 * rate :]
     assert np.std((stamp - taken)[3 * rate :]) > 1.5e-3
-    assert np.std(off) < 1e-4
+    assert np.std(error) < 1e-4
 
 
 @pytest.mark.parametrize("seed", [5, 6, 7])
@@ -63,18 +63,18 @@ def test_sample_clock_is_estimated_from_a_sender_that_catches_up_slowly(seed):
     taken = np.arange(10000) / 500
     stamp = overloaded(taken, seed)
     clock = initial_clock()[0]
-    off = (np.array([update_clock(clock, stamp_ns) for stamp_ns in np.round(stamp * 1e9)]) * 1e-9 - taken)[2500:]
+    error = (np.array([update_clock(clock, stamp_ns) for stamp_ns in np.round(stamp * 1e9)]) * 1e-9 - taken)[2500:]
     assert np.std((stamp - taken)[2500:]) > 0.8e-3
-    assert np.std(off) < 1e-4
+    assert np.std(error) < 1e-4
 
 
 def test_lost_samples_affect_their_neighbours_only():
     taken = np.arange(5000) / 500
     kept = np.random.default_rng(1).uniform(size=taken.size) > 0.02
     stamp, taken = delayed(taken)[kept], taken[kept]
-    off = np.abs(instants(stamp, taken) - taken)[1500:]
-    assert np.median(off) < 1e-4
-    assert np.percentile(off, 95.0) < 3e-3
+    error = np.abs(instants(stamp, taken) - taken)[1500:]
+    assert np.median(error) < 1e-4
+    assert np.percentile(error, 95.0) < 3e-3
 
 
 @pytest.mark.parametrize("rate", [100, 1000])
@@ -90,8 +90,8 @@ def test_true_stamps_are_unchanged_even_or_uneven_with_or_without_losses(rate):
 @pytest.mark.parametrize("pause", [0.0, 3.0])
 def test_a_change_of_the_sample_rate_is_not_a_delay(pause):
     taken = np.concatenate([np.arange(2000) / 500, 4.0 + pause + np.arange(4000) / 1000])
-    off = instants(delayed(taken, delay_rate=4.0), taken) - taken
-    assert np.percentile(np.abs(off[3500:]), 90.0) < 2e-4
+    error = instants(delayed(taken, delay_rate=4.0), taken) - taken
+    assert np.percentile(np.abs(error[3500:]), 90.0) < 2e-4
 
 
 @settings(deadline=None)

@@ -17,7 +17,7 @@ from vsa_common.io.tables import TableError, write_columns
 from vsa_common.terminal import progress
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings, transmissions
-from vsa_estimator.output.estimate import ROW, State
+from vsa_estimator.output.estimate import State
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
 
 CHUNK = 2000  # samples between two looks at the progress bar
@@ -47,10 +47,10 @@ def replay(
         chunks.append(estimator.add_many(recording.stamp_ns[part], recording.force[part], recording.deflection[part]))
         tell(len(chunks[-1]) / len(recording))
     rows = np.concatenate(chunks)
-    used = ~np.isnan(rows[:, 0])
+    used = ~np.isnan(rows["status"])
     columns: dict[str, NDArray[Any]] = {"stamp": recording.stamp[used]}
     for name, field in FIELDS.items():
-        values = rows[used, ROW.index(field)]
+        values = rows[field][used]
         columns[name] = np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in WHOLE else values
     return columns, estimator.state()
 

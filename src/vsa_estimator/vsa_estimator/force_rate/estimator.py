@@ -8,12 +8,12 @@ filtered rate. The kick is allowed for in the noise, and named in `reason` where
 import math
 
 import numpy as np
-from numpy.typing import NDArray
-from vsa_common.types import Array, ResetReason, Status
+from vsa_common.types import Array, Integers, ResetReason, Status
 from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.filter.records import Record
 from vsa_estimator.force_rate.ekf import SIZE, ForceRateFilter, OffsetFilter, R
 from vsa_estimator.force_rate.rate_filter import RATE_FILTER, RateFilter
-from vsa_estimator.output.estimate import Estimate, State, no_rows, row_of
+from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
 from vsa_estimator.preprocessing.decimator import Decimated, add_sample, finished_blocks, initial_decimator
 from vsa_estimator.preprocessing.validation import DROP, TIME_RESET, initial_validation, validate
 from vsa_estimator.settings import EstimatorConfig
@@ -64,11 +64,12 @@ class ForceRateEstimator:
         self._force, self._stamp_ns = force, stamp_ns
         return self._report(stamp_ns)
 
-    def add_many(self, stamp_ns: NDArray[np.int64], force: Array, deflection: Array) -> Array:
-        """As many samples at once; a row of `values.ROW` for each, NaN where it was dropped."""
-        rows = no_rows(len(stamp_ns))
-        for row, *sample in zip(rows, stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True):
-            row[:] = row_of(self.add(*sample))
+    def add_many(self, stamp_ns: Integers, force: Array, deflection: Array) -> Record:
+        """`add` each sample of arrays (n,): (n,) ROW, NaN for dropped samples."""
+        rows = empty_rows(len(stamp_ns))
+        samples = zip(stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True)
+        for i, sample in enumerate(samples):
+            rows[i] = row_of(self.add(*sample))
         return rows
 
     def finish_pending(self) -> bool:

@@ -1,7 +1,7 @@
-"""What the estimator hands out: named as in vsa_msgs, SI, immutable."""
+"""Results of the estimator: fields as in vsa_msgs, SI, immutable."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,21 +50,23 @@ class Estimate(NamedTuple):
     coulomb_friction: float  # [N]
 
 
-ROW = Estimate._fields[Estimate._fields.index("force_valid") :]  # what is told of a sample, by column of `no_rows`
+# One record of the fields from force_valid on, for samples in arrays; flags, status and reset_reason as numbers.
+ROW_FIELDS = Estimate._fields[Estimate._fields.index("force_valid") :]
+ROW = np.dtype([(name, "f8") for name in ROW_FIELDS])
 
 
-def no_rows(count: int) -> NDArray[np.float64]:
-    """As many rows of what is told of a sample, all NaN: dropped."""
-    return np.full((count, len(ROW)), np.nan)
+def empty_rows(count: int) -> NDArray[Any]:
+    """(count,) ROW of NaN: samples without an estimate."""
+    return np.full(count, np.nan, ROW)
 
 
 def row_of(estimate: Estimate | None) -> tuple[float, ...] | float:
-    """An estimate's row; NaN for none."""
-    return math.nan if estimate is None else estimate[-len(ROW) :]
+    """Values of ROW; NaN for None."""
+    return math.nan if estimate is None else estimate[-len(ROW_FIELDS) :]
 
 
 class State(NamedTuple):
-    """What the estimator knows and how it is doing, at a lower rate; fields as in EstimatorState."""
+    """State and diagnostics of the estimator, at a lower rate; fields as in EstimatorState."""
 
     stamp_ns: int
     status: Status

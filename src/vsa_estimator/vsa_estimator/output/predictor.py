@@ -1,11 +1,10 @@
-"""What the filter says of the impedance between two of its steps, and whether that is to be relied on."""
+"""Estimates between two filter steps: prediction to a sample's stamp, validity, status."""
 
-from typing import Any
+from enum import IntFlag
 
 import numpy as np
-from numpy.typing import NDArray
 from vsa_common.accel import compiled
-from vsa_common.types import Array, Status
+from vsa_common.types import Array, Integers, Status
 from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.records import PREDICTION, Record
 from vsa_estimator.force_law.elastic import ln_stiffness_gradient
@@ -13,154 +12,187 @@ from vsa_estimator.force_law.state import D1, K2
 from vsa_estimator.output.estimate import ROW
 from vsa_estimator.preprocessing.pipeline import preprocess
 from vsa_estimator.preprocessing.validation import ACCEPT
+from vsa_estimator.tuning.output import (
+    MAX_DAMPING_STD,
+    MAX_PREDICTION_TIME,
+    MAX_SEPARATION_STD,
+    MAX_SPEED_SHARE,
+    MAX_STIFFNESS_STD,
+    MIN_DAMPING_SCALE,
+    POSITION_GATE,
+)
 
-Moments = NDArray[np.int64]
+FAST_PATH = 3  # beside the outcomes of `validate`: accepted, nothing else to do, estimate written
 
-STIFFNESS = 0.1  # greatest relative standard deviation of a valid stiffness
-PARTED = 0.25  # of d1, with which a stiffness is valid before the filter takes over: else it may be the damper's
-DAMPING = 0.15  # of a valid damping, relative to D, or to a fifth of d1 where D vanishes
-NEAR_MAXIMUM = 0.9  # damping is known up to this fraction of v*
-FAR = 16.0  # squared standard deviations
-MAX_PREDICTION_TIME = 0.25  # silence up to this long is predicted across [s]
 
-FAST_PATH = 3  # beside the verdicts of `intake`: taken, with nothing to heed, and assessed
+class Condition(IntFlag):
+    """State of the sensors at a prediction."""
 
-# What is believed until the next step, in an array: whether it is complete; of the last deflection whether it was far
-# from the prediction, and the square of that [m^2]; the reference [m], the jerk density, the deflection's noise [m^2];
-# whether the coefficients are doubted, learnt, and tell the mass. From BEHIND on the last fields of an Estimate.
-HOLDS, IS_FAR, ASTRAY, REFERENCE, JERK_DENSITY, NOISE_VARIANCE, DOUBTED, KNOWS, INERTIA_KNOWN, BEHIND = range(10)
-FIELDS = ROW.index(
-    "reset_count"
-)  # of a row, the first ones are assessed; those behind are the same until the next step
-SNAPSHOT = BEHIND + len(ROW) - FIELDS
-# And in whole numbers [ns]: the instant of the last step, and until when sensors are complained of.
-STEP, COMPLAINED = range(2)
+    SENSORS_ALIVE = 1  # silent for less than INVALID_TIME
+    ENCODER_FAULT = 2
+    STALE = 4
 
-CONVERGING, VALID, DEGRADED, STALE = (
+
+ALIVE, ENCODER_FAULT, STALE = (int(one) for one in Condition)
+_CONVERGING, _VALID, _DEGRADED, _STALE = (
     int(one) for one in (Status.CONVERGING, Status.VALID, Status.DEGRADED, Status.STALE)
 )
 
-Assessment = tuple[
+Predicted = tuple[
     bool, float, float, bool, float, float, bool, float, float, bool, float, float, bool, float, float, bool,
     float, float, bool, float, float, float, int,
 ]  # fmt: skip
 
 
+Outcome = tuple[int, int, int, int]  # of a sample: outcome, SensorFlag bits, instant [ns], count of finished blocks
+
+
+@compiled
+def inflate_position(snapshot: Record, error: float, variance: float) -> None:
+    """Update the position inflation by a deflection that differs by `error` [m] from a prediction of this variance.
+
+    Two successive outliers leave the position uncertain by the second error.
+    """
+    square = error * error
+    outlier = square > POSITION_GATE * (variance + snapshot[0]["deflection_noise_variance"])
+    snapshot[0]["position_inflation"] = square if outlier and snapshot[0]["previous_outlier"] else 0.0
+    snapshot[0]["previous_outlier"] = outlier
+
+
 @compiled
 def predict_into(
-    row: Array, state: Record, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
-    heard: bool, blind: bool, stale: bool,
-) -> None:  # fmt: skip
-    """Fields force_valid to status of an Estimate at an instant [ns], flags as 0 and 1.
+    row: Record, state: Record, snapshot: Record, stamp_ns: int, instant_ns: int, deflection: float, condition: int
+) -> None:
+    """Write the fields force_valid to status of `row`, (1,) ROW, for an instant [ns] of the filter's clock.
 
-    A `deflection` [m] is held against the prediction, NaN is none: where two in a row are far from it nobody knows yet
-    whether the rod is there. `heard` says that sensors still tell, `blind` that the encoder is not to be believed.
+    `state`: (1,) FILTER_STATE; `snapshot`: (1,) SNAPSHOT, whose position inflation a `deflection` [m] updates unless
+    it is NaN; `condition`: bits of Condition.
     """
-    z, p = state[0]["mean"], state[0]["covariance"]
+    now, z, p, out = snapshot[0], state[0]["mean"], state[0]["covariance"], row[0]
     prediction = np.empty(1, PREDICTION)
-    ahead = min(max((instant_ns - moments[STEP]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
-    predict_output(state, beliefs[REFERENCE], ahead, beliefs[JERK_DENSITY], prediction)
-    out = prediction[0]
-    position_variance, ln_variance = out["deflection_variance"], out["ln_stiffness_variance"]
-    damping, damping_variance = out["damping"], out["damping_variance"]
+    ahead = min(max((instant_ns - now["step_ns"]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
+    predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
+    predicted = prediction[0]
+    position_variance, ln_variance = predicted["deflection_variance"], predicted["ln_stiffness_variance"]
     if not np.isnan(deflection):
-        apart = deflection - out["deflection"]
-        square = apart * apart
-        far = square > FAR * (position_variance + beliefs[NOISE_VARIANCE])
-        beliefs[ASTRAY] = square if far and beliefs[IS_FAR] > 0.0 else 0.0
-        beliefs[IS_FAR] = 1.0 if far else 0.0
-    if beliefs[ASTRAY] > 0.0:
-        position_variance += beliefs[ASTRAY]
+        inflate_position(snapshot, deflection - predicted["deflection"], position_variance)
+    if now["position_inflation"] > 0.0:
+        position_variance += now["position_inflation"]
         by_x = ln_stiffness_gradient(z[K2], 0.0)[0]
-        ln_variance += by_x * by_x * beliefs[ASTRAY]
-    doubted, knows = beliefs[DOUBTED] > 0.0, beliefs[KNOWS] > 0.0
-    complaining = doubted or stamp_ns < moments[COMPLAINED]
-    trusted = heard and not (doubted or blind)
-    stiffness = out["stiffness"]
-    parted = knows or p[D1, D1] < (PARTED * z[D1]) ** 2
-    stiffness_valid = trusted and parted and ln_variance < STIFFNESS * STIFFNESS
-    tolerance = DAMPING * max(abs(damping), 0.2 * z[D1])
-    damping_valid = trusted and knows and damping_variance < tolerance * tolerance
-    row[0] = heard and not complaining
-    row[1], row[2], row[3] = out["deflection"], position_variance, heard
-    row[4], row[5], row[6] = out["velocity"], out["velocity_variance"], heard
-    row[7], row[8], row[9] = out["acceleration"], out["acceleration_variance"], heard
-    row[10], row[11], row[12] = stiffness, stiffness * stiffness * ln_variance, stiffness_valid
-    row[13], row[14] = damping, damping_variance
-    row[15] = damping_valid and abs(out["velocity"]) < NEAR_MAXIMUM * out["peak_speed"]
-    row[16], row[17], row[18] = out["inertia"], out["inertia_variance"], trusted and beliefs[INERTIA_KNOWN] > 0.0
-    row[19], row[20] = out["stiffness_damping_covariance"], out["stiffness_inertia_covariance"]
-    row[21] = out["damping_inertia_covariance"]
-    if stale:
-        row[22] = STALE
-    elif complaining and knows:
-        row[22] = DEGRADED
+        ln_variance += by_x * by_x * now["position_inflation"]
+    alive, initialized = condition & ALIVE > 0, now["initialized"]
+    degraded = now["suspended"] or stamp_ns < now["fault_until_ns"]
+    usable = alive and not (now["suspended"] or condition & ENCODER_FAULT > 0)
+    separated = initialized or p[D1, D1] < (MAX_SEPARATION_STD * z[D1]) ** 2
+    stiffness_valid = usable and separated and ln_variance < MAX_STIFFNESS_STD * MAX_STIFFNESS_STD
+    tolerance = MAX_DAMPING_STD * max(abs(predicted["damping"]), MIN_DAMPING_SCALE * z[D1])
+    damping_valid = usable and initialized and predicted["damping_variance"] < tolerance * tolerance
+    write_motion(row, prediction, position_variance, alive)
+    out["force_valid"] = alive and not degraded
+    stiffness = predicted["stiffness"]
+    out["stiffness"], out["stiffness_variance"] = stiffness, stiffness * stiffness * ln_variance
+    out["stiffness_valid"] = stiffness_valid
+    out["damping"], out["damping_variance"] = predicted["damping"], predicted["damping_variance"]
+    out["damping_valid"] = damping_valid and abs(predicted["velocity"]) < MAX_SPEED_SHARE * predicted["peak_speed"]
+    out["inertia"], out["inertia_variance"] = predicted["inertia"], predicted["inertia_variance"]
+    out["inertia_valid"] = usable and now["inertia_observable"]
+    if condition & STALE:
+        out["status"] = _STALE
+    elif degraded and initialized:
+        out["status"] = _DEGRADED
     else:
-        row[22] = VALID if stiffness_valid else CONVERGING
+        out["status"] = _VALID if stiffness_valid else _CONVERGING
 
 
 @compiled
-def as_tuple(row: Array) -> Assessment:
-    """A row of `assess_into` as Python's own kinds."""
+def write_motion(row: Record, prediction: Record, position_variance: float, valid: bool) -> None:
+    """Write motion and covariances of a (1,) PREDICTION into a (1,) ROW."""
+    out, predicted = row[0], prediction[0]
+    out["deflection"], out["deflection_variance"] = predicted["deflection"], position_variance
+    out["velocity"], out["velocity_variance"] = predicted["velocity"], predicted["velocity_variance"]
+    out["acceleration"], out["acceleration_variance"] = predicted["acceleration"], predicted["acceleration_variance"]
+    out["deflection_valid"] = out["velocity_valid"] = out["acceleration_valid"] = valid
+    out["stiffness_damping_covariance"] = predicted["stiffness_damping_covariance"]
+    out["stiffness_inertia_covariance"] = predicted["stiffness_inertia_covariance"]
+    out["damping_inertia_covariance"] = predicted["damping_inertia_covariance"]
+
+
+@compiled
+def as_tuple(row: Record) -> Predicted:
+    """Fields force_valid to status of a (1,) ROW as Python types."""
+    r = row[0]
     return (
-        row[0] > 0.0, float(row[1]), float(row[2]), row[3] > 0.0, float(row[4]), float(row[5]), row[6] > 0.0,
-        float(row[7]), float(row[8]), row[9] > 0.0, float(row[10]), float(row[11]), row[12] > 0.0,
-        float(row[13]), float(row[14]), row[15] > 0.0, float(row[16]), float(row[17]), row[18] > 0.0,
-        float(row[19]), float(row[20]), float(row[21]), int(row[22]),
+        r["force_valid"] > 0.0, float(r["deflection"]), float(r["deflection_variance"]), r["deflection_valid"] > 0.0,
+        float(r["velocity"]), float(r["velocity_variance"]), r["velocity_valid"] > 0.0,
+        float(r["acceleration"]), float(r["acceleration_variance"]), r["acceleration_valid"] > 0.0,
+        float(r["stiffness"]), float(r["stiffness_variance"]), r["stiffness_valid"] > 0.0,
+        float(r["damping"]), float(r["damping_variance"]), r["damping_valid"] > 0.0,
+        float(r["inertia"]), float(r["inertia_variance"]), r["inertia_valid"] > 0.0,
+        float(r["stiffness_damping_covariance"]), float(r["stiffness_inertia_covariance"]),
+        float(r["damping_inertia_covariance"]), int(r["status"]),
     )  # fmt: skip
 
 
 @compiled
-def predict_row(
-    state: Record, beliefs: Array, moments: Moments, stamp_ns: int, instant_ns: int, deflection: float,
-    heard: bool, blind: bool, stale: bool,
-) -> Assessment:  # fmt: skip
-    """As `assess_into`."""
-    row = np.empty(FIELDS)
-    predict_into(row, state, beliefs, moments, stamp_ns, instant_ns, deflection, heard, blind, stale)
+def predict(
+    state: Record, snapshot: Record, stamp_ns: int, instant_ns: int, deflection: float, condition: int
+) -> Predicted:
+    """`predict_into` as a tuple."""
+    row = np.empty(1, ROW)
+    predict_into(row, state, snapshot, stamp_ns, instant_ns, deflection, condition)
     return as_tuple(row)
 
 
 @compiled
 def process_into(
-    row: Array, pipeline_state: NDArray[Any], state: Record, beliefs: Array, moments: Moments,
-    stamp_ns: int, force: float, deflection: float,
-) -> tuple[int, int, int, int]:  # fmt: skip
-    """`take` a sample and, where no step is due and its signs say nothing, FOLLOWED: assessed into the row as well."""
-    verdict, found, instant_ns, blocks = preprocess(pipeline_state, stamp_ns, force, deflection)
-    if verdict == ACCEPT and not found and not blocks and beliefs[HOLDS] > 0.0:
-        verdict = FAST_PATH
-        predict_into(row, state, beliefs, moments, stamp_ns, instant_ns, deflection, True, False, False)
-    return verdict, found, instant_ns, blocks
+    row: Record, pipeline: Record, state: Record, snapshot: Record, stamp_ns: int, force: float, deflection: float
+) -> Outcome:
+    """`preprocess` a sample; if only a prediction is due, write it into `row`: outcome FAST_PATH."""
+    outcome, flags, instant_ns, finished = preprocess(pipeline, stamp_ns, force, deflection)
+    if outcome == ACCEPT and not flags and not finished and snapshot[0]["is_current"]:
+        outcome = FAST_PATH
+        predict_into(row, state, snapshot, stamp_ns, instant_ns, deflection, ALIVE)
+    return outcome, flags, instant_ns, finished
 
 
 @compiled
 def process_sample(
-    pipeline_state: NDArray[Any], state: Record, beliefs: Array, moments: Moments,
-    stamp_ns: int, force: float, deflection: float,
-) -> tuple[int, int, int, int, Assessment]:  # fmt: skip
-    """As `follow_into`; the assessment means something with FOLLOWED alone."""
-    row = np.zeros(FIELDS)
-    verdict, found, instant_ns, blocks = process_into(
-        row, pipeline_state, state, beliefs, moments, stamp_ns, force, deflection
-    )
-    return verdict, found, instant_ns, blocks, as_tuple(row)
+    pipeline: Record, state: Record, snapshot: Record, stamp_ns: int, force: float, deflection: float
+) -> tuple[Outcome, Predicted]:
+    """`process_into`; the prediction is meaningful with FAST_PATH only."""
+    row = np.zeros(1, ROW)
+    outcome = process_into(row, pipeline, state, snapshot, stamp_ns, force, deflection)
+    return outcome, as_tuple(row)
 
 
 @compiled
 def process_samples(
-    rows: Array, pipeline_state: NDArray[Any], state: Record, beliefs: Array, moments: Moments,
-    stamp_ns: Moments, force: Array, deflection: Array, first: int, end: int,
-) -> tuple[int, int, int, int, int]:  # fmt: skip
-    """`follow_into` samples from `first` on up to one that is not FOLLOWED; which, and what is said of it.
+    rows: Record,
+    pipeline: Record,
+    state: Record,
+    snapshot: Record,
+    stamps_ns: Integers,
+    force: Array,
+    deflection: Array,
+) -> tuple[int, Outcome]:
+    """`process_into` the samples up to one without FAST_PATH: its index and outcome.
 
-    The last fields of an Estimate go into the rows, too.
+    The constant fields are written into the rows, too.
     """
-    for i in range(first, end):
-        verdict, found, instant_ns, blocks = process_into(
-            rows[i, :FIELDS], pipeline_state, state, beliefs, moments, stamp_ns[i], force[i], deflection[i]
-        )
-        if verdict != FAST_PATH:
-            return i, verdict, found, instant_ns, blocks
-        rows[i, FIELDS:] = beliefs[BEHIND:]
-    return end, FAST_PATH, 0, 0, 0
+    for i in range(rows.size):
+        row = rows[i : i + 1]
+        outcome = process_into(row, pipeline, state, snapshot, stamps_ns[i], force[i], deflection[i])
+        if outcome[0] != FAST_PATH:
+            return i, outcome
+        write_constants(row, snapshot)
+    return rows.size, (FAST_PATH, 0, 0, 0)
+
+
+@compiled
+def write_constants(row: Record, snapshot: Record) -> None:
+    """Write the fields that are constant between two steps into a (1,) ROW."""
+    out, constants = row[0], snapshot[0]["constants"]
+    out["reset_count"], out["reset_reason"] = constants["reset_count"], constants["reset_reason"]
+    out["k2"], out["k2_variance"] = constants["k2"], constants["k2_variance"]
+    out["d2"], out["d2_variance"] = constants["d2"], constants["d2_variance"]
+    out["force_offset"], out["coulomb_friction"] = constants["force_offset"], constants["coulomb_friction"]

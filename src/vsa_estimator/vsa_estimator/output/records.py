@@ -1,0 +1,21 @@
+"""Record between two filter steps: what every sample's estimate is predicted from."""
+
+import numpy as np
+from vsa_estimator.output.estimate import Estimate
+
+# Fields of an estimate that are constant between two steps.
+CONSTANTS = np.dtype([(name, "f8") for name in Estimate._fields[Estimate._fields.index("reset_count") :]])
+
+SNAPSHOT = np.dtype([
+    ("is_current", "?"),  # whether nothing but a prediction is due before the next step
+    ("previous_outlier", "?"),  # whether the last deflection was beyond the position gate
+    ("position_inflation", "f8"),  # [m^2]
+    ("reference", "f8"),  # of ln stiffness [m]
+    ("jerk_density", "f8"),  # [m^2/s^5]
+    ("deflection_noise_variance", "f8"),  # [m^2]
+    ("suspended", "?"), ("initialized", "?"),  # the operating mode
+    ("inertia_observable", "?"),
+    ("step_ns", "i8"),  # instant of the last step
+    ("fault_until_ns", "i8"),  # stamp until which a sensor fault is active
+    ("constants", CONSTANTS),
+])  # fmt: skip
