@@ -6,7 +6,8 @@ from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import Z
-from vsa_estimator.initialization.windows import BAND, whiten
+from vsa_estimator.initialization.row_noise import whiten
+from vsa_estimator.initialization.windows import BAND
 from vsa_estimator.output.predictor import ALIVE, predict, process_sample
 from vsa_estimator.output.records import SNAPSHOT
 from vsa_estimator.preprocessing.pipeline import Pipeline

@@ -14,7 +14,7 @@ from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.initialization.cross_check import CrossCheckSchedule
-from vsa_estimator.initialization.regression import Fit
+from vsa_estimator.initialization.posterior import Fit
 from vsa_estimator.initialization.scheduler import Initializer
 from vsa_estimator.modes import Event, Mode, ModeMachine
 from vsa_estimator.output.validity import inertia_observable
@@ -226,7 +226,7 @@ class Supervisor:
         averaging = 1.0 / math.sqrt(block.samples)
         self.initializer.begin(
             self._period, self.tracker.reference, self.force_noise.std * averaging,
-            self.deflection_noise.std * averaging, self.jerk.ml_estimate, audit=initialized,
+            self.deflection_noise.std * averaging, self.jerk.ml_estimate, cross_check=initialized,
         )  # fmt: skip
 
     def run_initialization(self) -> None:
@@ -234,8 +234,8 @@ class Supervisor:
         fit = self.initializer.advance(self._pipeline.period_ns * 1e-9)
         if fit is None:
             return
-        force_std = self.force_noise.std / math.sqrt(self._samples_per_step)
-        ready = self.initializer.ready_to_hand_over(fit, force_std)
+        self.initializer.evaluate(fit, self.force_noise.std / math.sqrt(self._samples_per_step))
+        ready = self.initializer.ready_to_hand_over
         if self.mode.initialized:
             self._cross_check(fit, ready)
         else:

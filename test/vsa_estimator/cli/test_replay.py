@@ -1,4 +1,4 @@
-"""Replay against samples handed to the same estimator by hand, and against files that are broken."""
+"""The command `replay`: equal to the live estimator, and errors of unusable files."""
 
 import csv
 import json
@@ -71,7 +71,7 @@ def messages(stamp_ns: int, force: float, deflection: float, frame="transmission
     return wrench, encoder
 
 
-def by_hand(data):
+def live(data):
     estimator = Estimator(EstimatorConfig())
     return [estimator.add(*sample) for sample in zip(
         data.stamp_ns.tolist(), data.force.tolist(), data.deflection.tolist(), strict=True)]  # fmt: skip
@@ -85,30 +85,30 @@ def assert_same(file: Path, estimates):
         np.testing.assert_allclose(table[column], expected, rtol=1e-12, atol=0.0, err_msg=column)
 
 
-def test_a_csv_gives_what_the_live_estimator_gives(tmp_path, samples):
+def test_a_csv_file_gives_the_estimates_of_the_live_estimator(tmp_path, samples):
     assert main([str(write_csv(tmp_path / "run.csv", samples)), "--out", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out/transmission_1.csv").read_text().splitlines()[0] == COLUMNS
-    assert_same(tmp_path / "out/transmission_1.csv", by_hand(samples))
+    assert_same(tmp_path / "out/transmission_1.csv", live(samples))
 
 
-def test_a_bag_gives_what_the_live_estimator_gives(tmp_path, samples):
+def test_a_bag_gives_the_estimates_of_the_live_estimator(tmp_path, samples):
     assert main([str(write_mcap(tmp_path / "bag", samples)), "--out", str(tmp_path / "out")]) == 0
     for side in (1, 2):
-        assert_same(tmp_path / f"out/transmission_{side}.csv", by_hand(samples))
+        assert_same(tmp_path / f"out/transmission_{side}.csv", live(samples))
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert summary["transmission_2"]["rows_used"] == summary["transmission_2"]["rows_read"] == len(samples.force)
 
 
-def test_samples_all_at_once_are_told_what_each_is_told_by_itself():
+def test_many_samples_at_once_give_the_estimates_of_single_samples():
     data = record(TRANSMISSION_1, MULTISINE, 40.0, rate=1000)
     stamp_ns, force, deflection = data.stamp_ns.copy(), data.force.copy(), data.deflection.copy()
     force[20_000] = deflection[21_000] = np.nan
-    force[22_000] += 5.0  # a spike
+    force[22_000] += 5.0  # an outlier
     deflection[23_000:23_800] = deflection[23_000]  # stuck
     stamp_ns[25_000] = stamp_ns[24_999]
     stamp_ns[26_000:] += 400_000_000  # a gap
-    deflection[30_000:] += 2e-3  # a jump
-    stamp_ns[36_000:] -= 20_000_000_000  # and one of the clock
+    deflection[30_000:] += 2e-3  # an encoder step
+    stamp_ns[36_000:] -= 20_000_000_000  # a step back of the clock
     one, all_at_once = Estimator(EstimatorConfig()), Estimator(EstimatorConfig())
     expected = [row_of(one.add(*sample)) for sample in zip(
         stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True)]  # fmt: skip
@@ -124,7 +124,7 @@ def test_samples_all_at_once_are_told_what_each_is_told_by_itself():
     assert all_at_once.predict_to(later_ns) == one.predict_to(later_ns)
 
 
-def test_an_sqlite_bag_is_read_as_well(tmp_path, samples):
+def test_an_sqlite_bag_is_read(tmp_path, samples):
     store = get_typestore(Stores.ROS2_JAZZY)
     with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
         topics = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState"}
@@ -142,7 +142,7 @@ def test_an_sqlite_bag_is_read_as_well(tmp_path, samples):
     np.testing.assert_array_equal(recording.deflection, samples.deflection)
 
 
-def test_a_bag_that_was_cut_off_is_replayed_and_reported(tmp_path, samples, capsys):
+def test_a_truncated_bag_is_replayed_and_reported(tmp_path, samples, capsys):
     bag = write_mcap(tmp_path / "bag", samples, close=False)
     assert not is_complete(bag)
     assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
@@ -151,7 +151,7 @@ def test_a_bag_that_was_cut_off_is_replayed_and_reported(tmp_path, samples, caps
         assert sum(1 for _ in csv.reader(file)) == len(samples.force) + 1
 
 
-def test_bad_rows_are_dropped_and_accounted_for(tmp_path, samples):
+def test_invalid_rows_are_dropped_and_counted(tmp_path, samples):
     stamp, force = samples.stamp_ns / 1e9, samples.force.copy()
     stamp[100] = stamp[99]
     stamp[201], stamp[200] = stamp[200], stamp[201]
@@ -166,7 +166,7 @@ def test_bad_rows_are_dropped_and_accounted_for(tmp_path, samples):
     assert np.isfinite(table["stiffness"]).all()
 
 
-def test_one_row_is_enough(tmp_path):
+def test_a_single_row_is_replayed(tmp_path):
     (tmp_path / "run.csv").write_text("stamp,force,deflection\n0.0,30.0,0.01\n")
     assert main([str(tmp_path / "run.csv"), "--out", str(tmp_path / "out")]) == 0
     table = read_columns(tmp_path / "out/transmission_1.csv", COLUMNS.split(","))
@@ -184,7 +184,7 @@ def test_one_row_is_enough(tmp_path):
         ("", "line 1"),
     ],
 )
-def test_a_bad_file_gets_one_line_that_names_it(tmp_path, capsys, text, named):
+def test_an_invalid_file_is_named_in_one_line(tmp_path, capsys, text, named):
     (tmp_path / "bad.csv").write_text(text)
     assert main([str(tmp_path / "bad.csv"), "--out", str(tmp_path / "out")]) == 1
     error = capsys.readouterr().err
@@ -194,18 +194,18 @@ def test_a_bad_file_gets_one_line_that_names_it(tmp_path, capsys, text, named):
 
 
 @pytest.mark.parametrize("name", ["nothing.csv", "nothing", "nothing.mcap", "notes.txt"])
-def test_a_missing_input_is_named(tmp_path, capsys, name):
+def test_a_missing_input_is_named_in_the_error(tmp_path, capsys, name):
     assert main([str(tmp_path / name), "--out", str(tmp_path / "out")]) == 1
     assert name in capsys.readouterr().err
 
 
-def test_a_wrong_transmission_is_told_which_there_are(tmp_path, samples, capsys):
+def test_an_unknown_transmission_is_answered_by_those_in_the_bag(tmp_path, samples, capsys):
     bag = write_mcap(tmp_path / "bag", samples)
     assert main([str(bag), "--transmission", "transmission_3", "--out", str(tmp_path / "out")]) == 1
     assert "transmission_1, transmission_2" in capsys.readouterr().err
 
 
-def write_foreign(path: Path, kinds, data) -> Path:
+def write_other_types(path: Path, kinds, data) -> Path:
     recording = bags.Recording(path)
     for (leaf, kind), one in zip(kinds.items(), data, strict=True):
         recording.add(f"/vsa/transmission_1/{leaf}", kind)
@@ -214,26 +214,26 @@ def write_foreign(path: Path, kinds, data) -> Path:
     return path
 
 
-def test_topics_of_our_names_and_other_types_are_not_taken_for_sensors(tmp_path, capsys):
+def test_topics_with_the_names_of_sensors_and_other_types_are_not_read(tmp_path, capsys):
     kinds = {"force": "std_msgs/msg/String", "encoder": "std_msgs/msg/String"}
     text = serialize_message(String(data="long enough to be read as a stamp, a name and some numbers behind it"))
-    bag = write_foreign(tmp_path / "bag", kinds, [text, text])
+    bag = write_other_types(tmp_path / "bag", kinds, [text, text])
     assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
     error = capsys.readouterr().err
     assert (error.count("\n"), "WrenchStamped" in error) == (1, True)
 
 
 @pytest.mark.parametrize("length", [0, 1, 3, 30])
-def test_a_message_that_ends_too_early_is_one_line(tmp_path, capsys, length):
+def test_a_truncated_message_is_reported_in_one_line(tmp_path, capsys, length):
     kinds = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState"}
     wrench, encoder = map(serialize_message, messages(1_000_000_000, 1.0, 0.01))
-    bag = write_foreign(tmp_path / "bag", kinds, [wrench[:length], encoder])
+    bag = write_other_types(tmp_path / "bag", kinds, [wrench[:length], encoder])
     assert main([str(bag), "--out", str(tmp_path / "out")]) == 1
     error = capsys.readouterr().err
     assert (error.count("\n"), "transmission_1/force: a message ends too early" in error) == (1, True)
 
 
-def test_a_parameter_file_lies_over_the_defaults(tmp_path):
+def test_a_parameter_file_overrides_the_defaults(tmp_path):
     (tmp_path / "mine.yaml").write_text(
         "/**/estimator_2:\n  ros__parameters:\n    filter_rate: 50.0\n    initial:\n      k2: 165.6\n"
     )
@@ -242,7 +242,7 @@ def test_a_parameter_file_lies_over_the_defaults(tmp_path):
     assert replay_tool.configuration("transmission_1", tmp_path / "mine.yaml").initial.k2 == 267.2
 
 
-def test_a_bad_parameter_is_refused(tmp_path, samples, capsys):
+def test_an_invalid_parameter_is_rejected(tmp_path, samples, capsys):
     (tmp_path / "mine.yaml").write_text("estimator_1:\n  ros__parameters:\n    filter_rate: -5.0\n")
     csv_file = write_csv(tmp_path / "run.csv", samples)
     assert main([str(csv_file), "--config", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]) == 1

@@ -95,7 +95,7 @@ def test_fast_steps_with_creep_between_them_do_not_bias_the_regression(seed):
     for sample in zip(1e-9 * recording.stamp_ns, recording.deflection, recording.force, strict=True):
         initializer.add(*sample)
     reference = float(recording.deflection[0])
-    initializer.begin(0.01, reference, 0.017, 1.04e-5, 0.03, audit=True)
+    initializer.begin(0.01, reference, 0.017, 1.04e-5, 0.03, cross_check=True)
     while fit is None:
         fit = initializer.advance(0.01)
     s = np.log(rig.k1 * rig.k2) + rig.k2 * reference

@@ -1,4 +1,4 @@
-"""The flight recorder keeps the last samples, and writes them when something happened."""
+"""The flight recorder writes the samples around an event."""
 
 import numpy as np
 import pytest
@@ -22,8 +22,8 @@ class Flight:
         self.stamp_ns = 10**18
         self.noise = np.random.default_rng(1)
 
-    def fly(self, count):
-        """Samples of a rod at rest."""
+    def run(self, count):
+        """Add samples at rest."""
         for _ in range(count):
             self.stamp_ns += PERIOD_NS
             force, deflection = self.noise.normal((30.0, 0.01), (0.017, 1e-5))
@@ -38,13 +38,13 @@ class Flight:
         return sorted(self.folder.glob("*.csv"))
 
 
-def test_samples_before_and_after_an_event_are_written_in_order_to_the_nanosecond(tmp_path):
+def test_samples_before_and_after_an_event_are_written_in_order_with_exact_stamps(tmp_path):
     flight = Flight(tmp_path)
-    flight.fly(1000)
+    flight.run(1000)
     assert flight.files() == []
     event_ns = flight.stamp_ns
     flight.estimator.reset()
-    flight.fly(150)
+    flight.run(150)
     (path,) = flight.files()
     stamps = [line.split(",")[0] for line in path.read_text().splitlines()[1:]]
     wanted = range(event_ns + PERIOD_NS - 199 * PERIOD_NS, event_ns + PERIOD_NS + 10**9 + 1, PERIOD_NS)
@@ -55,49 +55,49 @@ def test_samples_before_and_after_an_event_are_written_in_order_to_the_nanosecon
 
 def test_no_sample_is_written_twice_and_one_event_is_one_file(tmp_path):
     flight = Flight(tmp_path)
-    flight.fly(50)
+    flight.run(50)
     for _ in range(3):
         flight.estimator.reset()
-        flight.fly(40)
-    flight.fly(200)
+        flight.run(40)
+    flight.run(200)
     flight.estimator.reset()
-    flight.fly(10)  # shorter than what is awaited after it: the end of the node writes it
+    flight.run(10)  # shorter than the time after an event: the shutdown writes it
     first, second = (read_recordings(path)[0].stamp_ns for path in flight.files())
     assert len(first) == 151
     assert second[0] > first[-1]
     assert second[-1] == pytest.approx(flight.stamp_ns, abs=200)
 
 
-def test_a_complaint_is_an_event(tmp_path):
+def test_a_change_to_degraded_is_an_event(tmp_path):
     flight = Flight(tmp_path)
-    flight.fly(20)
-    known = flight.estimator.add(flight.stamp_ns + PERIOD_NS, 30.0, 0.01)
-    flight.recorder.watch(known._replace(status=Status.DEGRADED))
+    flight.run(20)
+    estimate = flight.estimator.add(flight.stamp_ns + PERIOD_NS, 30.0, 0.01)
+    flight.recorder.watch(estimate._replace(status=Status.DEGRADED))
     (path,) = flight.files()
     assert path.name.endswith("_DEGRADED.csv")
 
 
-def test_the_oldest_files_go_and_those_of_others_stay(tmp_path):
+def test_the_oldest_files_are_deleted_and_those_of_others_kept(tmp_path):
     other = tmp_path / "transmission_2_1_reset_GAP.csv"
     other.write_text("")
     flight = Flight(tmp_path, files=2)
     written = set()
     for _ in range(4):
         flight.estimator.reset()
-        flight.fly(150)
+        flight.run(150)
         written |= set(flight.files())
     assert len(written) == 5
     assert set(flight.files()) == {other, *sorted(written - {other})[-2:]}
 
 
-def test_a_folder_that_cannot_be_is_refused_and_one_that_is_gone_is_told(tmp_path):
+def test_a_folder_that_cannot_be_created_is_rejected_and_a_missing_one_is_reported(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ConfigurationError, match=r"flight_recorder\.folder"):
         Flight(tmp_path / "file" / "below")
     flight = Flight(tmp_path / "gone")
-    flight.fly(5)
+    flight.run(5)
     (tmp_path / "gone").rmdir()
     flight.estimator.reset()
-    flight.fly(5)
+    flight.run(5)
     flight.recorder.close()
     assert "No such file or directory" in flight.recorder.failed

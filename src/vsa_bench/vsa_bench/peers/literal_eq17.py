@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 from vsa_common.types import Array
+from vsa_estimator.tuning.force_rate import RATE_FILTER
 
-RATE_FILTER = 0.19  # time constant that section VI's 0.017 N and 0.088 N/s imply together [s]
 BEYOND = 1e9  # a state larger than this has diverged
 
 

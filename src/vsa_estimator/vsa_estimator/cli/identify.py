@@ -19,24 +19,24 @@ from vsa_estimator.settings import EstimatorConfig
 HEADER = ("coefficient", "value", "std", "variance", "unit", "95 % interval")
 
 
-def start_values(found: Identification) -> dict[str, float]:
-    """The estimator's initial.X and initial.X_std, kept within what these parameters allow."""
+def start_values(result: Identification) -> dict[str, float]:
+    """The estimator's parameters initial.X and initial.X_std, clipped to their ranges."""
     ranges = {parameter.name: parameter for parameter in parameters(EstimatorConfig)}
     values: dict[str, float] = {}
     for name in NAMES:
         if f"initial.{name}" not in ranges:
             continue
-        for key, value in ((name, found.value(name)), (f"{name}_std", found.std(name))):
+        for key, value in ((name, result.value(name)), (f"{name}_std", result.std(name))):
             parameter = ranges[f"initial.{key}"]
             values[key] = float(f"{min(max(value, parameter.low), parameter.high):.6g}")
     return values
 
 
-def write_parameters(path: Path, found: Mapping[str, Identification]) -> None:
-    """A ROS parameter file for the estimators of the transmissions identified."""
+def write_parameters(path: Path, results: Mapping[str, Identification]) -> None:
+    """Write a ROS parameter file for the estimators of the identified transmissions."""
     tree = {
         f"/**/{name.replace('transmission', 'estimator')}": {"ros__parameters": {"initial": start_values(one)}}
-        for name, one in found.items()
+        for name, one in results.items()
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(
@@ -44,35 +44,35 @@ def write_parameters(path: Path, found: Mapping[str, Identification]) -> None:
     )
 
 
-def rows(found: Identification) -> list[list[str]]:
-    """The table, a row a coefficient."""
+def rows(result: Identification) -> list[list[str]]:
+    """Rows of the printed table, one for each coefficient."""
     table = []
     for name, unit in zip(NAMES, UNITS, strict=True):
-        value, std = found.value(name), found.std(name)
+        value, std = result.value(name), result.std(name)
         low, high = value - 1.96 * std, value + 1.96 * std
         table.append([name, f"{value:.5g}", f"{std:.2g}", f"{std**2:.3g}", unit, f"{low:.4g} to {high:.4g}"])
     return table
 
 
-def law(found: Identification) -> str:
-    """The spring as eq. (20) writes it, in N and mm."""
-    f0, k1, k2 = (found.value(name) for name in ("force_offset", "k1", "k2"))
+def law(result: Identification) -> str:
+    """The spring's law in the form of eq. (20), in N and mm."""
+    f0, k1, k2 = (result.value(name) for name in ("force_offset", "k1", "k2"))
     return f"F_S = {f0:.4g} + {k1:.4g} exp({1e-3 * k2:.4g} x)    N, mm"
 
 
-def plot(path: Path, found: Mapping[str, Identification]) -> None:
-    """Force and what the law leaves over, against deflection and against speed."""
-    figure, axes = panels(len(found), 3, width=11.0, height=2.6 * len(found) + 0.5, title="Identification")
-    for row, (name, one) in zip(np.atleast_2d(axes), found.items(), strict=True):
-        x, v = 1e3 * one.deflection, 1e3 * one.velocity
+def plot(path: Path, results: Mapping[str, Identification]) -> None:
+    """Plot force and residual over deflection and speed."""
+    figure, axes = panels(len(results), 3, width=11.0, height=2.6 * len(results) + 0.5, title="Identification")
+    for row, (name, one) in zip(np.atleast_2d(axes), results.items(), strict=True):
+        x, v = 1e3 * one.deflection, 1e3 * one.velocity  # [mm, mm/s]
         along = np.linspace(one.deflection.min(), one.deflection.max(), 200)
         spring = one.value("force_offset") + one.value("k1") * np.exp(one.value("k2") * along)
         row[0].plot(x, one.force, ".", color=MEASURED, markersize=2, label="measured")
         row[0].plot(1e3 * along, spring, color=SIDE_1, label="spring, eq. (2)")
         row[0].set(ylabel=f"{name}\nforce [N]", xlabel="deflection [mm]")
         row[0].legend()
-        for axis, place, label in ((row[1], x, "deflection [mm]"), (row[2], v, "speed [mm/s]")):
-            axis.plot(place, one.residual, ".", color=SIDE_1, markersize=2)
+        for axis, abscissa, label in ((row[1], x, "deflection [mm]"), (row[2], v, "speed [mm/s]")):
+            axis.plot(abscissa, one.residual, ".", color=SIDE_1, markersize=2)
             axis.axhline(0.0, color=TRUTH, linewidth=0.6)
             axis.set(xlabel=label, ylabel="residual [N]")
             limits(axis, one.residual)
@@ -80,46 +80,48 @@ def plot(path: Path, found: Mapping[str, Identification]) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command: 0, or 1 with one line on stderr."""
+    """Run the command; exit code 0, or 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
         groups: dict[str, list[Recording]] = {}
         for path in arguments.input:
             for recording in read_recordings(path, arguments.transmission):
                 groups.setdefault(recording.transmission, []).append(recording)
-        found = {name: identify(recordings) for name, recordings in groups.items()}
-        write_parameters(arguments.out, found)
-        plot(arguments.out.with_suffix(".png"), found)
+        results = {name: identify(recordings) for name, recordings in groups.items()}
+        write_parameters(arguments.out, results)
+        plot(arguments.out.with_suffix(".png"), results)
     except (BagError, RecordingError, TableError, OSError) as error:
         print(f"identify: {error}", file=sys.stderr)
         return 1
-    for name, one in found.items():
+    for name, one in results.items():
         show_table(f"{name}: {law(one)}", HEADER, rows(one), _note(one, groups[name]))
     print(f"wrote {arguments.out} and {arguments.out.with_suffix('.png')}")
     return 0
 
 
-def _note(found: Identification, recordings: Sequence[Recording]) -> str:
-    note = f"{len(recordings)} recording(s), {found.rows} rows, residual {found.residual.std():.3g} N rms"
-    if found.repeated:
-        note += f"; {found.repeated} repeated force samples left out: the force sensor is slower than the recording"
-    if found.misfit > 2.0:
-        note += f"; the law explains the data only in part: variances widened up to {found.misfit:.2g} times"
+def _note(result: Identification, recordings: Sequence[Recording]) -> str:
+    note = f"{len(recordings)} recording(s), {result.rows} rows, residual {result.residual.std():.3g} N rms"
+    if result.repeated:
+        note += f"; {result.repeated} repeated force samples left out: the force sensor is slower than the recording"
+    if result.misfit > 2.0:
+        note += f"; the model explains the data in part only: variances scaled by up to {result.misfit:.2g} times"
     return note
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="identify", description="Start values for the estimator from recordings.")
-    parser.add_argument("input", type=Path, nargs="+", help="CSV (stamp,force,deflection; s, N, m) or bags")
+    parser.add_argument("input", type=Path, nargs="+", help="CSV files (stamp,force,deflection in s, N, m) or bags")
     parser.add_argument(
-        "--transmission", metavar="NAME", help="of bags: just this one; of CSV: its name (transmission_1)"
+        "--transmission",
+        metavar="NAME",
+        help="for bags: this transmission only; for CSV: its name (default: transmission_1)",
     )
     parser.add_argument(
         "--out",
         type=Path,
         default=Path("identified.yaml"),
         metavar="FILE.yaml",
-        help="parameters; a plot goes beside it",
+        help="parameter file; the plot is written to the same folder",
     )
     return parser
 

@@ -1,4 +1,4 @@
-"""`./vsa replay`: a recording through the very estimator that runs live."""
+"""`./vsa replay`: run a recording through the estimator of the node."""
 
 import argparse
 import json
@@ -20,9 +20,9 @@ from vsa_estimator.offline.recordings import Recording, RecordingError, read_rec
 from vsa_estimator.output.estimate import State
 from vsa_estimator.settings import EstimatorConfig, NodeConfig
 
-CHUNK = 2000  # samples between two looks at the progress bar
+CHUNK = 2000  # samples between two reports of progress
 
-# Column of the output: field of Estimate, and whether its square root is meant.
+# Column of the output: field of Estimate; a column `_std` is the square root of a variance.
 FIELDS = {
     "deflection": "deflection", "velocity": "velocity", "acceleration": "acceleration",
     "stiffness": "stiffness", "stiffness_std": "stiffness_variance",
@@ -33,30 +33,38 @@ FIELDS = {
     "status": "status",
     "stiffness_valid": "stiffness_valid", "damping_valid": "damping_valid", "inertia_valid": "inertia_valid",
 }  # fmt: skip
-WHOLE = ("status", "stiffness_valid", "damping_valid", "inertia_valid")
+INTEGER_COLUMNS = ("status", "stiffness_valid", "damping_valid", "inertia_valid")
 
 
 def replay(
-    recording: Recording, config: EstimatorConfig, tell: ReportProgress
+    recording: Recording, config: EstimatorConfig, report_progress: ReportProgress
 ) -> tuple[dict[str, NDArray[Any]], State]:
-    """Output columns of the samples that were used, one row each, and the state at the end; `tell` hears shares."""
+    """Output columns with one row for each sample used, and the final state.
+
+    `report_progress` is called with the share of the recording done since its last call.
+    """
     estimator = create_estimator(config)
     chunks = []
     for first in range(0, len(recording), CHUNK):
         part = slice(first, first + CHUNK)
         chunks.append(estimator.add_many(recording.stamp_ns[part], recording.force[part], recording.deflection[part]))
-        tell(len(chunks[-1]) / len(recording))
+        report_progress(len(chunks[-1]) / len(recording))
     rows = np.concatenate(chunks)
     used = ~np.isnan(rows["status"])
     columns: dict[str, NDArray[Any]] = {"stamp": recording.stamp[used]}
     for name, field in FIELDS.items():
         values = rows[field][used]
-        columns[name] = np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in WHOLE else values
+        columns[name] = (
+            np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in INTEGER_COLUMNS else values
+        )
     return columns, estimator.state()
 
 
 def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
-    """The suite's paper_rig.yaml where it is installed, and `given` over it, for this transmission's estimator."""
+    """Parameters of the transmission's estimator: paper_rig.yaml where installed, overridden by the file `given`.
+
+    Raises ConfigurationError.
+    """
     node = transmission.replace("transmission", "estimator")
     values: dict[str, Any] = {}
     for path in (*_installed_configuration(), *([given] if given else [])):
@@ -68,7 +76,7 @@ def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
 
 
 def summarise(recording: Recording, columns: dict[str, NDArray[Any]], state: State, seconds: float) -> dict[str, Any]:
-    """What happened to the samples and what is known at the end."""
+    """Counts of samples and final coefficients, for summary.json."""
     rows = len(columns["stamp"])
     coefficients = ("k2", "d1", "d2", "inertia", "force_offset", "coulomb_friction")
     return {
@@ -100,7 +108,7 @@ def summarise(recording: Recording, columns: dict[str, NDArray[Any]], state: Sta
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command: 0 if all was read and used or counted, 1 with one line on stderr if not."""
+    """Run the command; exit code 0 if the whole recording was processed, else 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
         return _run(arguments)
@@ -111,13 +119,13 @@ def main(argv: list[str] | None = None) -> int:
 
 def _run(arguments: argparse.Namespace) -> int:
     names = transmissions(arguments.input, arguments.transmission)
-    works = [partial(_replay, arguments.input, name, configuration(name, arguments.config)) for name in names]
+    tasks = [partial(_replay, arguments.input, name, configuration(name, arguments.config)) for name in names]
     arguments.out.mkdir(parents=True, exist_ok=True)
-    with progress(len(works), "replay") as bar:
-        found = ForkedTasks(*works).results(bar.advance) if len(works) > 1 else [work(bar.advance) for work in works]
-    for name, (columns, _) in zip(names, found, strict=True):
+    with progress(len(tasks), "replay") as bar:
+        results = ForkedTasks(*tasks).results(bar.advance) if len(tasks) > 1 else [task(bar.advance) for task in tasks]
+    for name, (columns, _) in zip(names, results, strict=True):
         write_columns(arguments.out / f"{name}.csv", columns)
-    summary = {name: one for name, (_, one) in zip(names, found, strict=True)}
+    summary = {name: one for name, (_, one) in zip(names, results, strict=True)}
     (arguments.out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n")
     for name, one in summary.items():
         k2 = one["coefficients"]["k2"]
@@ -133,13 +141,13 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _replay(
-    path: Path, transmission: str, config: EstimatorConfig, tell: ReportProgress
+    path: Path, transmission: str, config: EstimatorConfig, report_progress: ReportProgress
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Output columns and summary of one transmission of a recording."""
     (recording,) = read_recordings(path, transmission)
-    began = time.perf_counter()
-    columns, state = replay(recording, config, tell)
-    summary = summarise(recording, columns, state, time.perf_counter() - began)
+    start = time.perf_counter()
+    columns, state = replay(recording, config, report_progress)
+    summary = summarise(recording, columns, state, time.perf_counter() - start)
     return columns, summary | {"formulation": config.formulation}
 
 
@@ -154,18 +162,20 @@ def _installed_configuration() -> list[Path]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="replay", description="A recording through the estimator that runs live.")
+    parser = argparse.ArgumentParser(prog="replay", description="Run a recording through the estimator of the node.")
     parser.add_argument(
-        "input", type=Path, help="CSV (stamp,force,deflection; s, N, m), or a bag: folder, .mcap or .db3"
+        "input", type=Path, help="CSV (stamp,force,deflection in s, N, m) or bag: folder, .mcap or .db3"
     )
     parser.add_argument(
-        "--transmission", metavar="NAME", help="of a bag: just this one; of a CSV: its name (transmission_1)"
+        "--transmission",
+        metavar="NAME",
+        help="for a bag: this transmission only; for a CSV: its name (default: transmission_1)",
     )
     parser.add_argument(
-        "--config", type=Path, metavar="YAML", help="ROS parameter file; what it leaves out keeps its default"
+        "--config", type=Path, metavar="YAML", help="ROS parameter file; parameters not in it keep their defaults"
     )
     parser.add_argument(
-        "--out", type=Path, default=Path("vsa_replay"), metavar="DIR", help="for NAME.csv and summary.json"
+        "--out", type=Path, default=Path("vsa_replay"), metavar="DIR", help="folder for NAME.csv and summary.json"
     )
     return parser
 

@@ -5,26 +5,25 @@ import math
 import numpy as np
 from scipy.signal import lfilter
 from vsa_common.types import Array
-
-RATE_FILTER = 0.19  # time constant [s] that section VI's 0.017 N and 0.088 N/s imply together
+from vsa_estimator.tuning.force_rate import RATE_FILTER
 
 
 def filtered_rate(force: Array, step: float) -> Array:
-    """Force rate [N/s] of an evenly sampled force [N], `step` [s] apart; starts at rest."""
+    """Force rate [N/s] of evenly sampled force [N] (..., samples), `step` [s] apart; zero at the first sample."""
     keep = math.exp(-step / RATE_FILTER)
-    return np.asarray(lfilter(np.array([1.0, -1.0]) * (1.0 - keep) / step, [1.0, -keep], force - force[0]))
+    return np.asarray(lfilter(np.array([1.0, -1.0]) * (1.0 - keep) / step, [1.0, -keep], force - force[..., :1]))
 
 
 class RateFilter:
-    """The same, sample by sample."""
+    """The same filter, sample by sample."""
 
     def __init__(self) -> None:
-        """At rest until the second sample."""
-        self.rate = 0.0
+        """Zero until the second sample."""
+        self.rate = 0.0  # [N/s]
         self._force: float | None = None
 
     def add(self, force: float, dt: float) -> float:
-        """Force rate [N/s] after a force [N] that came `dt` [s] after the one before."""
+        """Force rate [N/s] after a sample of force [N], `dt` [s] after the previous one."""
         if self._force is not None and dt > 0.0:
             keep = math.exp(-dt / RATE_FILTER)
             self.rate = keep * self.rate + (1.0 - keep) * (force - self._force) / dt

@@ -1,18 +1,23 @@
-"""Learns start values from the moving part of the last seconds, a slice of work at a time."""
+"""Initializer: buffer of moving data, regressions over it in slices, and readiness for hand-over to the filter."""
 
 import numpy as np
 from vsa_common.types import Array
-from vsa_estimator.initialization.regression import Fit, Regression
+from vsa_estimator.initialization.posterior import Fit, Prior
+from vsa_estimator.initialization.regression import regress
 from vsa_estimator.initialization.windows import Rows, Slices, smooth
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import MIN_STROKE
-
-KEPT = 40.0  # moving data remembered [s]
-LEAST_TIME = 1.0  # no attempt before [s]
-LEAST_SAMPLES = 40
-SLICE_RATE = 300.0  # [1/s]: evenly until the next refresh, so that no samples wait for a burst
-MOST_SLICES = 10.0  # at once
-SURE_DAMPING = 0.1  # relative standard deviation of d1: one sweep of the stroke does not part damper and spring
+from vsa_estimator.tuning.initialization import (
+    BUFFER_TIME,
+    HANDOVER_DAMPING_STD,
+    HANDOVER_LN_K2_STD,
+    HANDOVER_LN_STIFFNESS_VARIANCE,
+    LINEARISATION_TIME,
+    MAX_LINEARISATION_ERROR,
+    MAX_SLICES,
+    MIN_SAMPLES,
+    SLICE_RATE,
+)
 
 
 class Initializer:
@@ -20,27 +25,29 @@ class Initializer:
 
     def __init__(self, initial: Initial, rate: float) -> None:
         """`rate` of the filter [Hz]."""
-        self._regression = Regression(initial)
-        self._buffer = np.zeros((int(KEPT * rate), 3))
-        self._count = 0
-        self._work: Slices[Fit | None] | None = None
-        self._audit = False
-        self._before: Fit | None = None
-        self._confident = False  # of the last fit
-        self._due = 0.0
-        self._range = (0.0, 0.0)
-        self._greatest_force = 0.0
-        self._duration = 0.0
+        self._prior = Prior.of(initial)
+        self._buffer = np.zeros((int(BUFFER_TIME * rate), 3))  # time [s], deflection [m], force [N]
+        self._count = 0  # samples added
+        self._slices: Slices[Fit | None] | None = None
+        self._due_slices = 0.0
+        self._is_cross_check = False
+        self._previous_fit: Fit | None = None
+        self._is_sufficient = False  # the last fit
+        self._is_ready = False
+        # Of the data of the last regression:
+        self._range = (0.0, 0.0)  # [m]
+        self._max_force = 0.0  # [N]
+        self._duration = 0.0  # [s]
 
     def clear(self) -> None:
-        """Forget all data."""
+        """Discard the data and the fits."""
         self._count = 0
-        self._work = None
-        self._before = None
-        self._confident = False
+        self._slices = None
+        self._previous_fit = None
+        self._is_sufficient = self._is_ready = False
 
     def add(self, time: float, deflection: float, force: float) -> None:
-        """Take a sample of a stretch that moves [s, m, N]."""
+        """Add a sample of moving data [s, m, N]."""
         self._buffer[self._count % len(self._buffer)] = time, deflection, force
         self._count += 1
 
@@ -51,78 +58,90 @@ class Initializer:
         force_noise_std: float,
         deflection_noise_std: float,
         jerk_density: float,
-        audit: bool,
+        cross_check: bool,
     ) -> None:
-        """Start on what has been collected, unless an earlier start is still at work.
+        """Begin a regression over the buffer, unless one is running or the samples are too few.
 
-        An `audit` is to find fault with what is known: it takes no rows that smoothing has bent.
+        A `cross_check` of a running filter excludes the rows that smoothing biases.
         """
-        if self._work is not None or self._count < LEAST_SAMPLES:
+        if self._slices is not None or self._count < MIN_SAMPLES:
             return
         time, deflection, force = self._ordered()
-        period = max(period, float(np.median(np.diff(time))))  # blocks hold whole samples, so that they may take longer
+        period = max(period, float(np.median(np.diff(time))))  # a block can last longer
         self._range = float(deflection.max()), float(deflection.min())
-        self._greatest_force = float(force.max())
+        self._max_force = float(force.max())
         self._duration = time.size * period
-        self._audit = audit
-        self._work = self._slices(
+        self._is_cross_check = cross_check
+        self._slices = self._regress(
             smooth(time, deflection, force, period, deflection_noise_std, force_noise_std, jerk_density),
-            reference, force_noise_std, deflection_noise_std, audit,
+            reference, force_noise_std, deflection_noise_std,
         )  # fmt: skip
 
-    @property
-    def is_running(self) -> bool:
-        """Whether a start is at work."""
-        return self._work is not None
-
     def advance(self, period: float) -> Fit | None:
-        """As many slices as are due `period` [s] after the last call; the fit where one was the last."""
-        if self._work is None:
+        """Execute the slices due `period` [s] after the last call; the fit where the regression ended."""
+        if self._slices is None:
             return None
-        self._due = min(self._due + SLICE_RATE * period, MOST_SLICES)
+        self._due_slices = min(self._due_slices + SLICE_RATE * period, MAX_SLICES)
         try:
-            while self._due >= 1.0:
-                self._due -= 1.0
-                next(self._work)
+            while self._due_slices >= 1.0:
+                self._due_slices -= 1.0
+                next(self._slices)
         except StopIteration as finished:
-            self._work = None
+            self._slices = None
             fit: Fit | None = finished.value
-            if fit is not None and not self._audit:
-                fit = self._before = fit.after(self._before)
+            if fit is not None and not self._is_cross_check:
+                fit = self._previous_fit = fit.fuse_with_previous(self._previous_fit)
             return fit
         return None
 
-    def _slices(
-        self, smoothing: Slices[Rows | None], reference: float, force_std: float, deflection_std: float, audit: bool
+    def evaluate(self, fit: Fit, force_noise_std: float) -> None:
+        """Update the readiness for hand-over by a fit from `advance`; call once for each fit.
+
+        It requires two successive sufficient fits; a cross-check requires one.
+        """
+        was_sufficient, self._is_sufficient = self._is_sufficient, self._suffices(fit, force_noise_std)
+        self._is_ready = self._is_sufficient and (was_sufficient or self._is_cross_check)
+
+    @property
+    def ready_to_hand_over(self) -> bool:
+        """A filter can start from the last evaluated fit."""
+        return self._is_ready
+
+    @property
+    def is_running(self) -> bool:
+        """A regression is running."""
+        return self._slices is not None
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Greatest and least deflection of the data of the last regression [m]."""
+        return self._range
+
+    def _suffices(self, fit: Fit, force_noise_std: float) -> bool:
+        """The linearisation error of a filter that starts from `fit` is small beside the force noise [N]."""
+        exponent = fit.stroke * fit.mean[1]
+        elastic = max(self._max_force - fit.mean[5], 1.0)
+        error = (fit.ln_k2_std * exponent) ** 2 / 8.0 * elastic
+        tolerance = MAX_LINEARISATION_ERROR * force_noise_std * max(1.0, self._duration / LINEARISATION_TIME) ** 2
+        return bool(
+            error < tolerance
+            and fit.ln_k2_std < HANDOVER_LN_K2_STD
+            and fit.covariance[0, 0] < HANDOVER_LN_STIFFNESS_VARIANCE
+            and fit.covariance[2, 2] < (HANDOVER_DAMPING_STD * fit.mean[2]) ** 2
+            and exponent > MIN_STROKE
+        )
+
+    def _regress(
+        self, smoothing: Slices[Rows | None], reference: float, force_noise_std: float, deflection_noise_std: float
     ) -> Slices[Fit | None]:
         rows = yield from smoothing
         if rows is None:
             return None
-        rows = rows.part(rows.described) if audit else rows
-        return (yield from self._regression.work(rows, reference, force_std, deflection_std))
-
-    def ready_to_hand_over(self, fit: Fit, force_noise_std: float) -> bool:
-        """Whether a filter that starts from this fit errs less by its linearisation than by noise.
-
-        And could so half a second ago: a fit that is sure for once is not. An audit stands by itself. To be asked of
-        each fit, once.
-        """
-        bent = fit.stroke * fit.mean[1]
-        elastic = max(self._greatest_force - fit.mean[5], 1.0)
-        error = (fit.ln_k2_std * bent) ** 2 / 8.0 * elastic
-        tolerated = 0.06 * force_noise_std * max(1.0, self._duration / 20.0) ** 2
-        known = fit.ln_k2_std < 0.1 and fit.covariance[0, 0] < 0.01
-        known &= fit.covariance[2, 2] < (SURE_DAMPING * fit.mean[2]) ** 2
-        enough = bool(error < tolerated and known and bent > MIN_STROKE)
-        confirmed, self._confident = self._confident or self._audit, enough
-        return enough and confirmed
-
-    @property
-    def range(self) -> tuple[float, float]:
-        """Greatest and least deflection of the data learnt from [m]."""
-        return self._range
+        rows = rows.select(rows.is_well_fitted) if self._is_cross_check else rows
+        return (yield from regress(self._prior, rows, reference, force_noise_std, deflection_noise_std))
 
     def _ordered(self) -> tuple[Array, Array, Array]:
+        """Time, deflection and force of the buffer, oldest first."""
         size = len(self._buffer)
         if self._count <= size:
             data = self._buffer[: self._count].copy()

@@ -1,4 +1,4 @@
-"""Smoothed rows of motion and force from overlapping windows, and the covariance of the noise that they share."""
+"""Smoothed rows of motion and force from overlapping windows, with the weights by which they share noise."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -7,15 +7,19 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.tuning.initialization import (
+    HALF_WINDOW_PHASE,
+    MAX_HALF_WINDOW,
+    MAX_RESIDUAL_RATIO,
+    MAX_ROWS,
+    MIN_ROWS,
+    NOISE_DRAWS,
+    WINDOW_TIME_RATIO,
+    WINDOWS_PER_SLICE,
+)
 
-LEAST_ROWS = 8
-MOST_ROWS = 400
-DRAWS = 4  # of pure noise through the same windows, to see what it pretends to know
-POOR = 3.0  # times the variance that noise leaves in a window, beyond which no cubic describes it
-CHUNK = 40  # windows that are smoothed in one slice
-BAND = 4  # neighbours on either side that a row may share samples with
+BAND = 4  # preceding rows that a row may share samples with; `row_noise.whiten` is written for this number
 
 Result = TypeVar("Result")
 Slices = Generator[None, None, Result]  # yields between slices of work
@@ -23,111 +27,114 @@ Slices = Generator[None, None, Result]  # yields between slices of work
 
 @dataclass(frozen=True)
 class Rows:
-    """Smoothed motion and force, one row for each place of the smoothing window."""
+    """Smoothed motion and force, one row for each of n windows."""
 
-    deflection: Array
-    velocity: Array
-    acceleration: Array
-    force: Array
-    place: NDArray[np.int64]  # of the window, in strides
-    shared: Array  # (n, BAND + 1, 3, 3): products of value, slope and curvature weights with those `m` places before
-    noise: Array  # (3, n, DRAWS): value, slope, curvature of unit white noise
-    described: NDArray[np.bool_]  # whether the window's cubics describe motion and force but for noise
+    deflection: Array  # [m]
+    velocity: Array  # [m/s]
+    acceleration: Array  # [m/s^2]
+    force: Array  # [N]
+    index: NDArray[np.int64]  # of the window, in strides
+    unit_covariance: Array  # (n, BAND + 1, 3, 3): of value, slope, curvature with those `m` windows before, unit noise
+    noise_draws: Array  # (3, n, NOISE_DRAWS): value, slope, curvature of white noise of unit variance
+    is_well_fitted: NDArray[np.bool_]  # the residuals of both cubics are no larger than noise
     half_width: float  # [s]
 
-    def part(self, mask: NDArray[np.bool_]) -> "Rows":
-        """The rows that a mask picks."""
+    def select(self, mask: NDArray[np.bool_]) -> "Rows":
+        """The rows where `mask` (n,) is set."""
         return Rows(
-            self.deflection[mask], self.velocity[mask], self.acceleration[mask], self.force[mask], self.place[mask],
-            self.shared[mask], self.noise[:, mask], self.described[mask], self.half_width,
-        )  # fmt: skip
+            deflection=self.deflection[mask],
+            velocity=self.velocity[mask],
+            acceleration=self.acceleration[mask],
+            force=self.force[mask],
+            index=self.index[mask],
+            unit_covariance=self.unit_covariance[mask],
+            noise_draws=self.noise_draws[:, mask],
+            is_well_fitted=self.is_well_fitted[mask],
+            half_width=self.half_width,
+        )
 
 
 def smooth(
     time: Array, deflection: Array, force: Array, period: float, noise_std: float, force_std: float, jerk_density: float
 ) -> Slices[Rows | None]:
-    """Local cubics through deflection and force over one window; None where there is too little data.
+    """Local cubics through deflection [m] and force [N] over the same windows; None where there is too little data.
 
-    The window is as long as the motion allows: its bias and its noise meet near the frequency w_c.
+    `time` [s] has steps of `period` or more; `noise_std` [m] and `force_std` [N] are those of one sample,
+    `jerk_density` [m^2/s^5]. A generator of slices.
     """
-    w_c = (jerk_density / (noise_std**2 * period)) ** (1.0 / 6.0)
-    half = int(np.clip(round(min(0.5, 3.3 / w_c) / period), 3, max(3, time.size // 4)))
-    stride = max(-(-half // 2), -(-time.size // MOST_ROWS))
-    centre = np.arange(half, time.size - half, stride)
-    if centre.size == 0:
-        return None
-    centre = centre[time[centre + half] - time[centre - half] < (2 * half + 0.5) * period * 1.1]
-    if centre.size < LEAST_ROWS:
+    w_c = (jerk_density / (noise_std**2 * period)) ** (1.0 / 6.0)  # bias and noise of a cubic are equal near it
+    half = int(np.clip(round(min(MAX_HALF_WINDOW, HALF_WINDOW_PHASE / w_c) / period), 3, max(3, time.size // 4)))
+    stride = max(-(-half // 2), -(-time.size // MAX_ROWS))
+    centre = _centres(time, half, stride, period)
+    if centre.size < MIN_ROWS:
         return None
     scale = half * period
-    place = centre // stride
-    noise = _white(1 << time.size.bit_length())[: time.size]
+    noise = _white_noise(1 << time.size.bit_length())[: time.size]
     weights = np.empty((centre.size, 3, 2 * half + 1))
     motion, smoothed_force = np.empty((centre.size, 3)), np.empty(centre.size)
-    through = np.empty((3, centre.size, DRAWS))
-    described = np.empty(centre.size, dtype=bool)
-    for first in range(0, centre.size, CHUNK):
+    noise_draws = np.empty((3, centre.size, NOISE_DRAWS))
+    is_well_fitted = np.empty(centre.size, dtype=bool)
+    for first in range(0, centre.size, WINDOWS_PER_SLICE):
         yield
-        part = slice(first, first + CHUNK)
-        pick = centre[part, None] + np.arange(-half, half + 1)
-        u = (time[pick] - time[centre[part]][:, None]) / scale
-        basis = np.stack([np.ones_like(u), u, u * u, u * u * u], axis=1)
-        cubic = np.linalg.inv(basis @ basis.transpose(0, 2, 1)) @ basis
-        described[part] = _describes(basis, cubic, deflection[pick], noise_std)
-        described[part] &= _describes(basis, cubic, force[pick], force_std)
+        part = slice(first, first + WINDOWS_PER_SLICE)
+        window = centre[part, None] + np.arange(-half, half + 1)
+        u = (time[window] - time[centre[part]][:, None]) / scale
+        basis, cubic = _cubics(u)
+        is_well_fitted[part] = _fits(basis, cubic, deflection[window], noise_std)
+        is_well_fitted[part] &= _fits(basis, cubic, force[window], force_std)
         weights[part] = cubic[:, :3] * np.array([1.0, 1.0 / scale, 2.0 / scale**2])[:, None]
-        motion[part] = np.einsum("nij,nj->ni", weights[part], deflection[pick])
-        smoothed_force[part] = np.einsum("nj,nj->n", weights[part, 0], force[pick])
-        through[:, part] = np.einsum("nij,njd->ind", weights[part], noise[pick])
+        motion[part] = np.einsum("nij,nj->ni", weights[part], deflection[window])
+        smoothed_force[part] = np.einsum("nj,nj->n", weights[part, 0], force[window])
+        noise_draws[:, part] = np.einsum("nij,njd->ind", weights[part], noise[window])
     yield
-    shared = np.zeros((centre.size, BAND + 1, 3, 3))
-    shared[:, 0] = weights @ weights.transpose(0, 2, 1)
-    for m in range(1, BAND + 1):
-        yield
-        before = np.searchsorted(place, place - m)
-        pair = (place[before] == place - m) & (m * stride <= 2 * half)
-        later, earlier = weights[pair][:, :, : -m * stride], weights[before[pair]][:, :, m * stride :]
-        shared[pair, m] = later @ earlier.transpose(0, 2, 1)
+    unit_covariance = yield from _unit_covariance(weights, centre // stride, stride)
     yield
     return Rows(
-        motion[:, 0], motion[:, 1], motion[:, 2], smoothed_force, place, shared, through, described, half * period
-    )
+        deflection=motion[:, 0], velocity=motion[:, 1], acceleration=motion[:, 2], force=smoothed_force,
+        index=centre // stride, unit_covariance=unit_covariance, noise_draws=noise_draws,
+        is_well_fitted=is_well_fitted, half_width=scale,
+    )  # fmt: skip
+
+
+def _centres(time: Array, half: int, stride: int, period: float) -> NDArray[np.int64]:
+    """Centre samples of the windows that contain no gap."""
+    centre = np.arange(half, time.size - half, stride)
+    span = time[centre + half] - time[centre - half]
+    return np.asarray(centre[span < (2 * half + 0.5) * period * WINDOW_TIME_RATIO])
+
+
+def _cubics(u: Array) -> tuple[Array, Array]:
+    """Basis (n, 4, m) of a cubic in `u` (n, m) and the weights of its least-squares coefficients."""
+    basis = np.stack([np.ones_like(u), u, u * u, u * u * u], axis=1)
+    return basis, np.asarray(np.linalg.inv(basis @ basis.transpose(0, 2, 1)) @ basis)
+
+
+def _unit_covariance(weights: Array, index: NDArray[np.int64], stride: int) -> Slices[Array]:
+    """Covariance (n, BAND + 1, 3, 3) of each row with those `m` windows before, at white noise of unit variance.
+
+    `weights` (n, 3, samples) of value, slope and curvature; rows share samples where their windows overlap.
+    """
+    covariance = np.zeros((len(index), BAND + 1, 3, 3))
+    covariance[:, 0] = weights @ weights.transpose(0, 2, 1)
+    for m in range(1, BAND + 1):
+        yield
+        before = np.searchsorted(index, index - m)
+        pair = (index[before] == index - m) & (m * stride < weights.shape[2])
+        later, earlier = weights[pair][:, :, : -m * stride], weights[before[pair]][:, :, m * stride :]
+        covariance[pair, m] = later @ earlier.transpose(0, 2, 1)
+    return covariance
 
 
 @lru_cache(maxsize=2)
-def _white(size: int) -> Array:
-    """Noise of unit variance (size, DRAWS), always the same."""
-    return np.random.default_rng(0).standard_normal((size, DRAWS))
+def _white_noise(size: int) -> Array:
+    """Noise of unit variance (size, NOISE_DRAWS), the same at each call."""
+    return np.random.default_rng(0).standard_normal((size, NOISE_DRAWS))
 
 
-def _describes(basis: Array, cubic: Array, values: Array, std: float) -> NDArray[np.bool_]:
-    """Of each window (n, m), whether its cubic is off by no more than noise; it is at a kink, or when a step begins."""
-    apart = values - np.einsum("nkj,nk->nj", basis, np.einsum("nkj,nj->nk", cubic, values))
-    return np.asarray((apart**2).sum(1) < POOR * std**2 * (values.shape[1] - 4))
+def _fits(basis: Array, cubic: Array, values: Array, std: float) -> NDArray[np.bool_]:
+    """For each window of `values` (n, m), whether the residual of its cubic is no larger than noise.
 
-
-@compiled
-def whiten(covariance: Array, columns: Array) -> None:
-    """Columns (n, c) into white ones of unit variance, in place.
-
-    covariance: (n, BAND + 1), of each row with those up to BAND before it; its lower Cholesky factor replaces it.
+    It is larger at a discontinuity of the slope and at the start of a step.
     """
-    for i in range(covariance.shape[0]):
-        row = covariance[i]
-        scale = row[0]
-        for b in range(min(BAND, i), 0, -1):
-            other = covariance[i - b]
-            for k in range(b + 1, min(BAND, i) + 1):
-                row[b] -= row[k] * other[k - b]
-            row[b] /= other[0]
-            row[0] -= row[b] * row[b]
-        row[0] = np.sqrt(max(row[0], 1e-6 * scale))
-        if i >= BAND:  # all BAND of them at once: a third of the time
-            columns[i] = (
-                columns[i] - row[1] * columns[i - 1] - row[2] * columns[i - 2] - row[3] * columns[i - 3]
-                - row[4] * columns[i - 4]
-            ) / row[0]  # fmt: skip
-        else:
-            for b in range(1, i + 1):
-                columns[i] -= row[b] * columns[i - b]
-            columns[i] /= row[0]
+    residual = values - np.einsum("nkj,nk->nj", basis, np.einsum("nkj,nj->nk", cubic, values))
+    return np.asarray((residual**2).sum(1) < MAX_RESIDUAL_RATIO * std**2 * (values.shape[1] - 4))

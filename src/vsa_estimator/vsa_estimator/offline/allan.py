@@ -1,6 +1,6 @@
-"""Allan deviation of a sensor's record: how large its noise is, and whether it is white (section VI).
+"""Allan deviation of a sensor's record: magnitude of its noise, and a test for white noise (section VI).
 
-The one door to allantools. White noise has an Allan variance that falls as 1/tau; drift bends it up.
+The only module that imports allantools. White noise has an Allan variance that falls as 1/tau; drift bends it up.
 """
 
 from dataclasses import dataclass
@@ -9,11 +9,9 @@ import allantools
 import numpy as np
 from scipy.special import chdtri  # scipy.stats takes a second to import
 from vsa_common.types import Array
+from vsa_estimator.tuning.offline import BAND_MARGIN, CONFIDENCE, MIN_MEANS, SLOPE_TOLERANCE
 
 WHITE_SLOPE = -1.0  # of ln(Allan variance) over ln(tau), Fig. 6
-TOLERANCE = 0.15  # of that slope, beyond its own uncertainty
-FEWEST_MEANS = 9  # an averaging time is used if the record holds so many of it
-CONFIDENCE = 0.999  # of the band that a white noise's Allan variance stays within
 
 
 @dataclass(frozen=True)
@@ -27,8 +25,8 @@ class Allan:
     white: bool
 
     @property
-    def verdict(self) -> str:
-        """The slope test in words."""
+    def classification(self) -> str:
+        """Result of the test for white noise as text."""
         return "white" if self.white else "not white"
 
     @property
@@ -38,23 +36,22 @@ class Allan:
 
 
 def allan(signal: Array, rate: float) -> Allan:
-    """Allan deviation of an evenly sampled signal at averaging times of 1, 2, 4, ... samples.
+    """Allan deviation of an evenly sampled signal (`rate` in Hz) at averaging times of 1, 2, 4, ... samples.
 
-    It is white where the Allan variance at no
-    averaging time leaves the band that the finite record allows it, and falls with a slope near -1.
+    It is white where the Allan variance stays within the band of a finite white record at all averaging times, and
+    falls with a slope near -1.
     """
-    longest = max(1, len(signal) // FEWEST_MEANS)
+    longest = max(1, len(signal) // MIN_MEANS)
     sizes = 2 ** np.arange(int(np.log2(longest)) + 1)
     tau, deviation, _, _ = allantools.oadev(signal, rate=rate, data_type="freq", taus=sizes / rate)
     std = float(np.sqrt(0.5 * np.mean(np.diff(signal) ** 2)))
     freedom = np.maximum(len(signal) / sizes[: len(tau)] - 1.0, 1.0)
-    weights = freedom
     x, y = np.log(tau), 2.0 * np.log(np.maximum(deviation, 1e-300))
-    centred = x - np.average(x, weights=weights)
-    slope = float(np.sum(weights * centred * y) / max(np.sum(weights * centred**2), 1e-300))
+    centred = x - np.average(x, weights=freedom)
+    slope = float(np.sum(freedom * centred * y) / max(np.sum(freedom * centred**2), 1e-300))
     ratio = deviation**2 * (tau * rate) / max(std, 1e-150) ** 2
     low, high = (chdtri(freedom, above) / freedom for above in (0.5 + CONFIDENCE / 2.0, 0.5 - CONFIDENCE / 2.0))
-    inside = bool(np.all((ratio > 0.97 * low) & (ratio < 1.03 * high)))
-    white = std > 0.0 and inside and abs(slope - WHITE_SLOPE) < TOLERANCE
-    # All of a white record says how large its noise is; of another one, the shortest averaging time.
+    inside = bool(np.all((ratio > (1.0 - BAND_MARGIN) * low) & (ratio < (1.0 + BAND_MARGIN) * high)))
+    white = std > 0.0 and inside and abs(slope - WHITE_SLOPE) < SLOPE_TOLERANCE
+    # A white record determines its noise by all samples; another record by the shortest averaging time.
     return Allan(tau, deviation, float(np.std(signal)) if white else std, slope, white)

@@ -1,4 +1,4 @@
-"""Keeps the last samples, and writes them down when something happened to the estimate: a CSV that `replay` reads."""
+"""Flight recorder: keeps the last samples and writes them to a CSV file for `replay` at an event of the estimate."""
 
 import contextlib
 import time
@@ -14,22 +14,22 @@ from vsa_common.types import ResetReason, Status
 from vsa_estimator.output.estimate import Estimate
 from vsa_estimator.settings import FlightRecorderConfig
 
-REPORTED = (Status.DEGRADED, Status.FAULT)  # statuses that are worth a recording
-ROWS = 64  # written at a time: nobody else waits longer for Python than that takes ...
-PAUSE_S = 0.001  # ... and this lies in between
+EVENT_STATUSES = (Status.DEGRADED, Status.FAULT)
+ROWS_PER_WRITE = 64  # bounds the time for which the writer holds the interpreter lock
+WRITE_PAUSE_S = 0.001  # between two writes
 
 
 class FlightRecorder:
-    """The samples before an event and some after it, one file an event.
+    """Records the samples before an event and some after it, one file for each event.
 
-    A reset or a status of REPORTED is an event. Events while one is being recorded belong to it, and no sample is
-    written twice.
+    A reset and a change to one of EVENT_STATUSES are events. An event during the recording of another belongs to it;
+    no sample is written twice.
     """
 
     def __init__(self, config: FlightRecorderConfig, name: str) -> None:
-        """`name` begins the names of the files. Raises ConfigurationError for a folder that cannot be made."""
-        self.files = 0  # written so far
-        self.failed = ""  # why one could not be
+        """`name` is the prefix of the file names. Raises ConfigurationError for a folder that cannot be created."""
+        self.files = 0  # written
+        self.failed = ""  # error of the last failed write
         self._config = config
         self._name = name
         self._folder = Path(config.folder).expanduser()
@@ -39,7 +39,7 @@ class FlightRecorder:
             raise ConfigurationError(f"flight_recorder.folder = {config.folder!r}: {error.strerror}") from error
         self._stamps = array("q", bytes(8 * config.samples))
         self._forces, self._deflections = (array("d", bytes(8 * config.samples)) for _ in range(2))
-        self._next = self._held = 0
+        self._next = self._count = 0
         self._event = ""
         self._due_ns = 0
         self._reset_count = 0
@@ -47,27 +47,27 @@ class FlightRecorder:
         self._writer: Thread | None = None
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> None:
-        """Keep one sample of force [N] and deflection [m]."""
+        """Keep one sample: stamp [ns], force [N], deflection [m]."""
         i = self._next
         self._stamps[i], self._forces[i], self._deflections[i] = stamp_ns, force, deflection
         self._next = i + 1 if i + 1 < self._config.samples else 0
-        self._held = min(self._held + 1, self._config.samples)
+        self._count = min(self._count + 1, self._config.samples)
 
     def watch(self, estimate: Estimate) -> None:
-        """Look whether something happened; what did is written some time after it, by a thread of its own."""
-        happened = ""
+        """Detect an event; it is written by a separate thread, `after` [s] of the configuration later."""
+        event = ""
         if estimate.reset_count > self._reset_count:
-            happened = f"reset_{ResetReason(estimate.reset_reason).name}"
-        elif estimate.status is not self._status and estimate.status in REPORTED:
-            happened = estimate.status.name
+            event = f"reset_{ResetReason(estimate.reset_reason).name}"
+        elif estimate.status is not self._status and estimate.status in EVENT_STATUSES:
+            event = estimate.status.name
         self._reset_count, self._status = estimate.reset_count, estimate.status
-        if happened and not self._event:
-            self._event, self._due_ns = happened, estimate.stamp_ns + int(self._config.after * NANOSECONDS)
+        if event and not self._event:
+            self._event, self._due_ns = event, estimate.stamp_ns + int(self._config.after * NANOSECONDS)
         if self._event and not 0 < self._due_ns - estimate.stamp_ns <= self._config.after * NANOSECONDS:
             self._write()
 
     def close(self) -> None:
-        """Write what is due, now, and wait until it is written."""
+        """Write a pending event immediately and wait until it is written."""
         self._wait()
         if self._event:
             self._write()
@@ -83,30 +83,31 @@ class FlightRecorder:
         columns = [self._in_order(column) for column in (self._stamps, self._forces, self._deflections)]
         now = datetime.now(timezone.utc).strftime("%Y%m%dT%H%M%S.%f")
         path = self._folder / f"{self._name}_{now}_{self._event}.csv"
-        self._event, self._held = "", 0
+        self._event, self._count = "", 0
         self._writer = Thread(target=self._save, args=(path, columns), name="flight recorder")
         self._writer.start()
 
     def _in_order(self, ring: "array[Any]") -> "array[Any]":
-        oldest = self._next - self._held
+        """The samples of a ring buffer, oldest first."""
+        oldest = self._next - self._count
         return ring[oldest:] + ring[: self._next] if oldest < 0 else ring[oldest : self._next]
 
     def _save(self, path: Path, columns: "list[array[Any]]") -> None:
-        unfinished = path.with_suffix(".part")
+        partial_file = path.with_suffix(".part")
         try:
-            with unfinished.open("w") as file:
+            with partial_file.open("w") as file:
                 file.write("stamp,force,deflection\n")
-                for first in range(0, len(columns[0]), ROWS):
-                    rows = zip(*(column[first : first + ROWS] for column in columns), strict=True)
+                for first in range(0, len(columns[0]), ROWS_PER_WRITE):
+                    rows = zip(*(column[first : first + ROWS_PER_WRITE] for column in columns), strict=True)
                     for stamp, force, deflection in rows:
                         seconds, rest = divmod(stamp, NANOSECONDS)
                         file.write(f"{seconds}.{rest:09d},{force!r},{deflection!r}\n")
-                    time.sleep(PAUSE_S)
-            unfinished.rename(path)
+                    time.sleep(WRITE_PAUSE_S)
+            partial_file.rename(path)
             self.files += 1
             for old in sorted(self._folder.glob(f"{self._name}_*.csv"))[: -self._config.files]:
                 old.unlink(missing_ok=True)
         except OSError as error:
             self.failed = f"{path}: {error.strerror}"
             with contextlib.suppress(OSError):
-                unfinished.unlink(missing_ok=True)
+                partial_file.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Recorded samples of transmissions, from CSV files and rosbag2 bags (MCAP and sqlite3)."""
+"""Reader of recorded samples of transmissions: CSV files and rosbag2 bags (MCAP and sqlite3)."""
 
 import re
 import struct
@@ -17,19 +17,19 @@ from vsa_estimator.preprocessing.pairing import ENCODER, FORCE, pair_all
 from vsa_estimator.settings import NodeConfig
 
 CSV_COLUMNS = ("stamp", "force", "deflection")
-TOLERANCE_NS = round(NodeConfig.pairing_tolerance * NANOSECONDS)  # as the node pairs live
+TOLERANCE_NS = round(NodeConfig.pairing_tolerance * NANOSECONDS)  # the node's default
 WINDOW_NS = round(NodeConfig.reorder_window * NANOSECONDS)
-AT_ONCE = 4096  # messages of a bag
-FIRST_STAMP_NS = NANOSECONDS  # a recording that counts from zero begins here: zero is no valid stamp
+BATCH_SIZE = 4096  # messages of a bag that are decoded at once, in a tenth of the time
+FIRST_STAMP_NS = NANOSECONDS  # start of a recording that counts from zero: zero is no valid stamp
 
-_Read = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float64]]  # sensors, stamps [ns], values
+_Decoded = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float64]]  # sensors, stamps [ns], values
 _TYPES = ("geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState")  # of force and encoder
 _FORCE_TOPIC = re.compile(r"(?:.*/)?(?P<transmission>[^/]+)/force")
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 
 
 class RecordingError(ValueError):
-    """A recording cannot be used; the text names the file and what was expected."""
+    """A recording is not usable; the text names the file and what was expected."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Recording:
 
     source: Path
     transmission: str
-    stamp_ns: NDArray[np.int64]  # as the estimator takes them
-    stamp: NDArray[np.float64]  # as the file has them [s]
+    stamp_ns: NDArray[np.int64]  # input of the estimator [ns]
+    stamp: NDArray[np.float64]  # of the file [s]
     force: NDArray[np.float64]  # [N]
     deflection: NDArray[np.float64]  # [m]
-    unpaired: int = 0  # messages of a bag without a partner
+    unpaired: int = 0  # messages of a bag without a counterpart of the same stamp
     complete: bool = True  # false for a bag that was cut off
 
     def __len__(self) -> int:
@@ -55,7 +55,10 @@ class Recording:
 
 
 def transmissions(path: Path, transmission: str | None = None) -> list[str]:
-    """Names of the transmissions that a CSV file (one) or a bag holds, or just the one named. Raises as below."""
+    """Names of the transmissions in a CSV file (one) or a bag, or the one named.
+
+    Raises RecordingError or BagError with one line.
+    """
     if path.suffix.lower() == ".csv":
         return [transmission or "transmission_1"]
     if path.is_dir() or path.suffix in (".mcap", ".db3"):
@@ -65,16 +68,19 @@ def transmissions(path: Path, transmission: str | None = None) -> list[str]:
 
 
 def read_recordings(path: Path, transmission: str | None = None) -> list[Recording]:
-    """The recordings in a CSV file (one) or a bag (one a transmission, or just the one named).
+    """The recordings in a CSV file (one) or a bag (one for each transmission, or the one named).
 
-    Raises RecordingError, TableError or BagError with one line that says what is wrong.
+    Raises RecordingError, TableError or BagError with one line.
     """
     names = transmissions(path, transmission)
     return [read_csv(path, *names)] if path.suffix.lower() == ".csv" else read_bag(path, transmission)
 
 
 def read_csv(path: Path, transmission: str) -> Recording:
-    """Samples of a file with the columns stamp [s], force [N], deflection [m]; an empty cell is NaN."""
+    """Samples of a file with the columns stamp [s], force [N], deflection [m]; an empty cell is NaN.
+
+    Raises RecordingError or TableError.
+    """
     columns = read_columns(path, CSV_COLUMNS)
     stamp = columns["stamp"]
     usable = np.where(np.isfinite(stamp) & (np.abs(stamp) < 9e9), stamp, np.nan)
@@ -89,19 +95,19 @@ def read_csv(path: Path, transmission: str) -> Recording:
 
 
 def read_bag(path: Path, transmission: str | None) -> list[Recording]:
-    """Samples of the transmissions that a bag holds force and encoder of."""
+    """Samples of the transmissions whose force and encoder are in a bag. Raises RecordingError or BagError."""
     sources = _sources(path, transmission)
-    halves = {name: _Halves(path, *pair) for name, pair in sources.items()}
-    takers = {topic: taker for found in halves.values() for topic, taker in found.takers.items()}
-    for topic, _, data in read_raw(path, list(takers)):
-        takers[topic](data)
+    decoders = {name: _Decoder(path, *pair) for name, pair in sources.items()}
+    handlers = {topic: handler for decoder in decoders.values() for topic, handler in decoder.handlers.items()}
+    for topic, _, data in read_raw(path, list(handlers)):
+        handlers[topic](data)
     complete = is_complete(path)
     recordings = []
-    for name, found in halves.items():
-        stamp_ns, force, deflection = found.pairs()
+    for name, decoder in decoders.items():
+        stamp_ns, force, deflection = decoder.pairs()
         if not len(stamp_ns):
             raise RecordingError(f"{path}: {name}: no force and encoder message with the same stamp")
-        unpaired = found.count - 2 * len(stamp_ns)
+        unpaired = decoder.count - 2 * len(stamp_ns)
         recordings.append(
             Recording(path, name, stamp_ns, stamp_ns / NANOSECONDS, force, deflection, unpaired, complete)
         )
@@ -109,7 +115,7 @@ def read_bag(path: Path, transmission: str | None) -> list[Recording]:
 
 
 def is_complete(path: Path) -> bool:
-    """False for an MCAP recording that was not closed."""
+    """Whether a recording was closed; false for an MCAP file without its final bytes."""
     for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path] * (path.suffix == ".mcap"):
         with file.open("rb") as stream:
             stream.seek(max(file.stat().st_size - len(_MCAP_MAGIC), 0))
@@ -118,48 +124,47 @@ def is_complete(path: Path) -> bool:
     return True
 
 
-class _Halves:
-    """Messages of one transmission in the order of the bag."""
+class _Decoder:
+    """Force and encoder messages of one transmission, decoded in batches in the order of the bag."""
 
     def __init__(self, path: Path, force_topic: str, encoder_topic: str) -> None:
         self.count = 0
-        self.takers: dict[str, Callable[[bytes], None]] = {
-            force_topic: partial(self._take, FORCE), encoder_topic: partial(self._take, ENCODER)
+        self.handlers: dict[str, Callable[[bytes], None]] = {
+            force_topic: partial(self._add, FORCE), encoder_topic: partial(self._add, ENCODER)
         }  # fmt: skip
         self._path = path
-        self._waiting: list[tuple[int, bytes]] = []
-        self._read: list[_Read] = []
+        self._pending: list[tuple[int, bytes]] = []
+        self._decoded: list[_Decoded] = []
 
-    def _take(self, sensor: int, data: bytes) -> None:
-        """Keep a message; they are read some thousand at once, in a tenth of the time."""
+    def _add(self, sensor: int, data: bytes) -> None:
         self.count += 1
-        self._waiting.append((sensor, data))
-        if len(self._waiting) >= AT_ONCE:
-            self._read_waiting()
+        self._pending.append((sensor, data))
+        if len(self._pending) >= BATCH_SIZE:
+            self._decode_pending()
 
     def pairs(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """Stamps [ns], forces [N] and deflections [m] of the samples."""
-        self._read_waiting()
-        sensors, stamps, values = (np.concatenate(column) for column in zip(*self._read, strict=True))
+        self._decode_pending()
+        sensors, stamps, values = (np.concatenate(column) for column in zip(*self._decoded, strict=True))
         return pair_all(sensors, stamps, values, TOLERANCE_NS, WINDOW_NS)
 
-    def _read_waiting(self) -> None:
-        sensors = np.array([sensor for sensor, _ in self._waiting], np.uint8)
+    def _decode_pending(self) -> None:
+        sensors = np.array([sensor for sensor, _ in self._pending], np.uint8)
         stamps, values = np.empty(len(sensors), np.int64), np.empty(len(sensors))
-        for topic, sensor, read in zip(self.takers, (FORCE, ENCODER), (read_wrenches, read_positions), strict=True):
-            messages = [data for one, data in self._waiting if one == sensor]
+        for topic, sensor, read in zip(self.handlers, (FORCE, ENCODER), (read_wrenches, read_positions), strict=True):
+            messages = [data for one, data in self._pending if one == sensor]
             if not messages:
                 continue
             try:
                 stamps[sensors == sensor], values[sensors == sensor] = read(messages)
             except (struct.error, IndexError) as error:
                 raise RecordingError(f"{self._path}: {topic}: a message ends too early: {error}") from error
-        self._read.append((sensors, stamps, values))
-        self._waiting = []
+        self._decoded.append((sensors, stamps, values))
+        self._pending = []
 
 
 def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str]]:
-    """Force and encoder topic of each transmission wanted."""
+    """Force and encoder topic of each transmission, or of the one named."""
     types = {name: topic.type_name for name, topic in topics(path).items()}
     found = {}
     for name in sorted(types):

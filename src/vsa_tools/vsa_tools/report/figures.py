@@ -239,7 +239,7 @@ def _draw_allan(axes: Any, state: Series, name: str, label: str, color: str) -> 
         return
     found = allan(state[name][settled], 1.0 / float(np.median(np.diff(time[settled]))))
     variance = found.deviation**2
-    axes.plot(found.tau, variance, "o-", color=color, markersize=3, label=f"{label}: {found.verdict}")
+    axes.plot(found.tau, variance, "o-", color=color, markersize=3, label=f"{label}: {found.classification}")
     axes.plot(found.tau, variance[0] * found.tau[0] / found.tau, "--", color=MEASURED, linewidth=0.8)
 
 

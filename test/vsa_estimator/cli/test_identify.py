@@ -1,0 +1,29 @@
+"""The command `identify`: parameter file, figure and errors."""
+
+import pytest
+import yaml
+from transmission_data import MULTISINE, TRANSMISSION_1, record
+from vsa_common.config.configuration import load
+from vsa_common.io.tables import write_columns
+from vsa_estimator.cli.identify import main
+from vsa_estimator.settings import EstimatorConfig
+
+
+def test_the_estimator_loads_its_start_values_from_the_parameter_file(tmp_path, capsys):
+    data = record(TRANSMISSION_1, MULTISINE, 30.0)
+    columns = {"stamp": data.stamp_ns / 1e9, "force": data.force, "deflection": data.deflection}
+    write_columns(tmp_path / "run.csv", columns)
+    assert main([str(tmp_path / "run.csv"), "--out", str(tmp_path / "mine.yaml")]) == 0
+    initial = load(tmp_path / "mine.yaml", "estimator_1", EstimatorConfig).initial
+    assert initial.k2 == pytest.approx(TRANSMISSION_1.k2, rel=0.01)
+    assert 0.0 < initial.k2_std < 3.0
+    assert initial.force_offset == pytest.approx(TRANSMISSION_1.force_offset, abs=0.5)
+    assert set(yaml.safe_load((tmp_path / "mine.yaml").read_text())) == {"/**/estimator_1"}
+    assert (tmp_path / "mine.png").stat().st_size > 10_000
+    assert "variance" in capsys.readouterr().out
+
+
+def test_a_file_that_is_too_short_is_named_in_the_error(tmp_path, capsys):
+    (tmp_path / "short.csv").write_text("stamp,force,deflection\n0.0,1.0,0.01\n")
+    assert main([str(tmp_path / "short.csv"), "--out", str(tmp_path / "mine.yaml")]) == 1
+    assert "short.csv" in capsys.readouterr().err
