@@ -64,7 +64,7 @@ def test_a_cross_check_fails_only_beyond_chance():
     start = tracker.z[3:] + 20.0 * np.sqrt(np.diag(covariance)) * (np.arange(7) == Z.M - 3)
     assert not tracker.cross_check_failed(
         start, covariance, 0.01, 0.017
-    )  # of a mass that is not felt only the start is known
+    )  # the mass has its initial value: it is not observable
 
 
 def test_single_large_innovations_pass_the_nis_test_and_a_lasting_misfit_fails():

@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.filter.chi_square import NisTest, mahalanobis_square
-from vsa_estimator.filter.ekf import predict, update_deflection
+from vsa_estimator.filter.ekf import REJECTED, STATIONARY, predict, process_force, update_deflection
 from vsa_estimator.filter.excitation import reset_matching, stroke
 from vsa_estimator.filter.initial_state import initial_coefficients
 from vsa_estimator.filter.records import initial_excitation, initial_monitor, initial_state
-from vsa_estimator.filter.steps import REJECTED, STATIONARY, process_force
 from vsa_estimator.filter.uncertainty import CoefficientUncertainty, assess_uncertainty, coefficient_uncertainty
 from vsa_estimator.force_law.damper import peak_speed
 from vsa_estimator.force_law.elastic import ln_stiffness_ratio
