@@ -31,7 +31,8 @@ MOTORS = [tendon_travel(FORCE, spring.deflection(FORCE), 1e5) / 0.01 for spring 
 
 
 def start(module, *parameters):
-    code = f"import sys; sys.argv[0] = '{module}'; from vsa_joint.{module} import main; sys.exit(main())"
+    file = {"joint": "node", "stiffness_controller": "controller_node"}[module]
+    code = f"import sys; sys.argv[0] = '{module}'; from vsa_joint.{file} import main; sys.exit(main())"
     arguments = [word for given in parameters for word in ("-r" if given.startswith("__") else "-p", given)]
     command = [sys.executable, "-c", code, "--ros-args", *arguments]
     return subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
