@@ -21,10 +21,10 @@ def test_every_event_has_a_transition():
 
 
 def test_the_coefficients_are_initialized_from_hand_over_until_they_are_rejected():
-    assert not machine_after(Event.FIRST_SAMPLE).mode.initialized
-    assert machine_after(Event.FIRST_SAMPLE, Event.HAND_OVER).mode.initialized
+    assert not machine_after(Event.FIRST_SAMPLE).initialized
+    assert machine_after(Event.FIRST_SAMPLE, Event.HAND_OVER).initialized
     assert machine_after(Event.FIRST_SAMPLE, Event.HAND_OVER, Event.INCONSISTENT).mode is Mode.SUSPENDED
-    assert machine_after(Event.FIRST_SAMPLE, Event.HAND_OVER, Event.INCONSISTENT).mode.initialized
+    assert machine_after(Event.FIRST_SAMPLE, Event.HAND_OVER, Event.INCONSISTENT).initialized
     rejected = machine_after(Event.FIRST_SAMPLE, Event.HAND_OVER, Event.INCONSISTENT, Event.REJECTED)
     assert rejected.mode is Mode.INITIALIZING
 

@@ -182,7 +182,7 @@ class Estimator:
             return self.add(*sample)
         supervisor = self._supervisor
         supervisor.set_encoder_fault(flags & _ENCODER_FAULT > 0)
-        if supervisor.mode is Mode.WAITING:
+        if supervisor.modes.mode is Mode.WAITING:
             supervisor.start(instant_ns, force, deflection)
         if flags:
             self._handle_flags(flags, stamp_ns, instant_ns)
@@ -210,7 +210,7 @@ class Estimator:
 
     def _publish_snapshot(self) -> None:
         """Update what the estimates are predicted from until the next step."""
-        supervisor, tracker, snapshot = self._supervisor, self._supervisor.tracker, self._snapshot[0]
+        supervisor, tracker = self._supervisor, self._supervisor.tracker
         tracker.update_uncertainty()
         self._force_variance = supervisor.noise.force.std**2
         known = tracker.uncertainty
@@ -218,16 +218,11 @@ class Estimator:
             supervisor.counters.resets, supervisor.counters.reset_reason, known.k2, known.k2_variance,
             known.d2, known.d2_variance, known.force_offset, known.coulomb_friction,
         )  # fmt: skip
-        snapshot["is_current"] = not supervisor.hand_over.is_running
-        snapshot["reference"] = tracker.reference
-        snapshot["jerk_density"] = supervisor.noise.jerk.density
-        snapshot["deflection_noise_variance"] = supervisor.noise.deflection.std**2
-        snapshot["suspended"] = supervisor.mode is Mode.SUSPENDED
-        snapshot["initialized"] = supervisor.mode.initialized
-        snapshot["inertia_observable"] = supervisor.inertia_observable
-        snapshot["step_ns"] = supervisor.step_ns
-        snapshot["fault_until_ns"] = self._latch.until_ns
-        snapshot["constants"] = self._constants
+        self._snapshot["published"] = (
+            not supervisor.hand_over.is_running, tracker.reference, supervisor.noise.jerk.density,
+            supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
+            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, self._constants,
+        )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:
         self._fused += 1

@@ -13,11 +13,6 @@ class Mode(IntEnum):
         3  # coefficients are held: force and encoder are not consistent, or it is not known yet whether they are
     )
 
-    @property
-    def initialized(self) -> bool:
-        """Whether the filter has taken over the coefficients."""
-        return self in (Mode.TRACKING, Mode.SUSPENDED)
-
 
 class Event(Enum):
     """What changes the mode."""
@@ -44,24 +39,22 @@ TRANSITIONS: dict[tuple[Mode, Event], Mode] = {
 
 
 class ModeMachine:
-    """Owner of the operating mode, and of the reason why updates are suspended."""
+    """Owner of the operating mode; only `handle` changes it.
+
+    Plain attributes, since every filter step reads them: `mode`; `initialized`, whether the filter has taken over the
+    coefficients; `suspended`; `reason`, why updates are suspended, empty in any other mode.
+    """
 
     def __init__(self) -> None:
         """No sample yet."""
-        self._mode = Mode.WAITING
-        self._reason = ""
-
-    @property
-    def mode(self) -> Mode:
-        """The present mode."""
-        return self._mode
-
-    @property
-    def reason(self) -> str:
-        """Why updates are suspended; empty in any other mode."""
-        return self._reason
+        self._enter(Mode.WAITING, "")
 
     def handle(self, event: Event, reason: str = "") -> None:
         """Change the mode. Raises KeyError for an event that the table does not have in this mode."""
-        self._mode = TRANSITIONS[self._mode, event]
-        self._reason = reason if self._mode is Mode.SUSPENDED else ""
+        self._enter(TRANSITIONS[self.mode, event], reason)
+
+    def _enter(self, mode: Mode, reason: str) -> None:
+        self.mode = mode
+        self.initialized = mode in (Mode.TRACKING, Mode.SUSPENDED)
+        self.suspended = mode is Mode.SUSPENDED
+        self.reason = reason if self.suspended else ""

@@ -10,7 +10,7 @@ from vsa_estimator.fault_detection.position import PositionMonitor, PositionUpda
 from vsa_estimator.filter.adaptation import NoiseAdaptation
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.initialization.hand_over import HandOver, StepNoise
-from vsa_estimator.modes import Event, Mode, ModeMachine
+from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.output.validity import inertia_observable
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.preprocessing.pipeline import Pipeline
@@ -61,11 +61,6 @@ class Supervisor:
         self._epoch_ns = self.step_ns = self._refreshed_ns = instant_ns
         self._moved_ns = instant_ns - int(MOTION_HOLD_TIME * 1e9)
 
-    @property
-    def mode(self) -> Mode:
-        """The operating mode."""
-        return self.modes.mode
-
     def mark_timing_suspect(self, instant_ns: int) -> None:
         """Samples came in a burst at `instant_ns` [ns]: a clock may have stood still."""
         self._position.mark_timing_suspect(instant_ns)
@@ -91,10 +86,10 @@ class Supervisor:
         self.noise.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
         if abs(tracker.speed) > STATIONARY_SPEED:
             self._moved_ns = block.stamp_ns
-        self._pipeline.set_beyond_peak_speed(self.mode.initialized and tracker.beyond_peak_speed)
-        decision = self.consistency.evaluate(tracker, self.mode, block.stamp_ns * 1e-9, block, self.encoder_fault)
+        self._pipeline.set_beyond_peak_speed(self.modes.initialized and tracker.beyond_peak_speed)
+        decision = self.consistency.evaluate(tracker, self.modes, block.stamp_ns * 1e-9, block, self.encoder_fault)
         self._apply(decision, INCONSISTENT)
-        if self._detect_manoeuvre() or self.mode is Mode.SUSPENDED or not block.forces:
+        if self._detect_manoeuvre() or self.modes.suspended or not block.forces:
             self.noise.force.interrupt()
         else:
             self._update_force(block, dt, deflection_variance)
@@ -118,7 +113,7 @@ class Supervisor:
 
     def _suspend(self, reason: str, interrupted: bool = False) -> bool:
         """Suspend updates; False where no checkpoint is established."""
-        decision = self.consistency.suspend(self.tracker, self.mode, interrupted)
+        decision = self.consistency.suspend(self.tracker, self.modes, interrupted)
         if decision is None:
             return False
         self._apply(decision, reason)
@@ -127,7 +122,7 @@ class Supervisor:
     def _detect_manoeuvre(self) -> bool:
         """Raise the jerk density at the onset of a manoeuvre; whether there is one."""
         before = self.noise.jerk.density
-        manoeuvre = self.mode.initialized and self.noise.jerk.detect_manoeuvre(self.tracker.deflection_nis)
+        manoeuvre = self.modes.initialized and self.noise.jerk.detect_manoeuvre(self.tracker.deflection_nis)
         if self.noise.jerk.density > MANOEUVRE_RATIO * before:
             self.tracker.reset_matching()
         return manoeuvre
@@ -143,7 +138,9 @@ class Supervisor:
 
     def _update_position(self, block: Decimated, deflection_variance: float) -> bool:
         """Update by the deflection; False where it is rejected."""
-        update = self._position.update(self.tracker, self.noise.jerk, block, deflection_variance, self.mode.initialized)
+        update = self._position.update(
+            self.tracker, self.noise.jerk, block, deflection_variance, self.modes.initialized
+        )
         if update is PositionUpdate.ACCEPTED:
             return True
         self.counters.count_rejected(deflection=True)
@@ -161,7 +158,7 @@ class Supervisor:
         self.noise.force.add(block.force, block.forces)
         if block.stamp_ns - self._moved_ns < MOTION_HOLD_TIME * 1e9:
             self.hand_over.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
-        if not self.mode.initialized:
+        if not self.modes.initialized:
             return
         force_variance = (self._pipeline.force_noise_ratio * self.noise.force.std) ** 2 / block.forces
         if not tracker.update_force(block.force, force_variance, deflection_variance, dt):
@@ -184,21 +181,21 @@ class Supervisor:
     def _refresh(self, block: Decimated) -> None:
         """Renew noise levels and jerk density; begin a regression or a cross-check where it is due."""
         limit = INERTIA_NEGLIGIBLE * self.noise.force.std
-        self.noise.refresh(self.mode.initialized and self.tracker.max_inertial_force < limit)
-        if not self.hand_over.is_due(self.mode, block.stamp_ns):
+        self.noise.refresh(self.modes.initialized and self.tracker.max_inertial_force < limit)
+        if not self.hand_over.is_due(self.modes, block.stamp_ns):
             return
-        if not self.mode.initialized and not self.hand_over.has_fit and block.forces:
+        if not self.modes.initialized and not self.hand_over.has_fit and block.forces:
             self.tracker.reset_coefficients(block.force)
         averaging = 1.0 / math.sqrt(block.samples)
         noise = StepNoise(
             self.noise.force.std * averaging, self.noise.deflection.std * averaging, self.noise.jerk.ml_estimate
         )
-        self.hand_over.begin(self.mode, self._period, self.tracker.reference, noise)
+        self.hand_over.begin(self.modes, self._period, self.tracker.reference, noise)
 
     def run_initialization(self) -> None:
         """Do the due part of a regression; its result initializes the filter, or replaces its coefficients."""
         period, force_std = self._pipeline.period_ns * 1e-9, self.noise.force.std
-        new = self.hand_over.advance(self.tracker, self.mode, self.step_ns, period, force_std, self._samples_per_step)
+        new = self.hand_over.advance(self.tracker, self.modes, self.step_ns, period, force_std, self._samples_per_step)
         if new is None:
             return
         if new.event is Event.REPLACED:
@@ -222,7 +219,7 @@ class Supervisor:
         """Take over the encoder's position: an encoder step, or a motion that the gate has rejected."""
         tracker, step = self.tracker, self._position.step_size
         text, stepped, suspended = f"encoder step of {1e3 * step:+.2f} mm", True, False
-        if self.mode.initialized:
+        if self.modes.initialized:
             stepped = not self.encoder_fault and self._position.encoder_step(tracker)
             if stepped:
                 variance = self._position.step_variance + deflection_variance

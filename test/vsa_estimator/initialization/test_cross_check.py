@@ -21,7 +21,7 @@ def fed(spoil=None):
     samples = zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
     for index, sample in enumerate(samples):
         if index == 2000 and spoil:
-            assert estimator._supervisor.mode.initialized
+            assert estimator._supervisor.modes.initialized
             spoil(estimator._supervisor.tracker)
         estimate = estimator.add(*sample)
     return estimator, estimate

@@ -25,13 +25,13 @@ def test_samples_at_the_filter_s_rate_pass_unchanged():
     stamps = [10 * MS * k for k in range(1, 20)]
     blocks, decimator = blocks_of(stamps, [0.01] * 19, [30.0] * 19)
     assert blocks[1:] == [Decimated(stamp, 0.01, 30.0, 1, 1) for stamp in stamps[2:]]
-    assert not is_decimating(decimator)
+    assert not is_decimating(decimator["period_ns"], decimator["span_ns"])
 
 
 def test_fast_samples_are_averaged_over_a_period_of_the_filter():
     k = np.arange(1, 101)
     blocks, decimator = blocks_of((k * MS).tolist(), (1e-4 * k).tolist(), (30.0 + k).tolist())
-    assert is_decimating(decimator)
+    assert is_decimating(decimator["period_ns"], decimator["span_ns"])
     assert decimator["period_ns"] == MS
     for block in blocks[1:]:
         assert block.samples == block.forces == 10

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.modes import Event, Mode
+from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.tuning.fault_detection import (
     CHECKPOINT_PERIOD,
@@ -61,16 +61,16 @@ class ConsistencyMonitor:
         parity = self._parity
         return parity.checkpoint is not None and not parity.is_insensitive and parity.is_consistent
 
-    def suspend(self, tracker: Tracker, mode: Mode, interrupted: bool = False) -> Decision | None:
+    def suspend(self, tracker: Tracker, modes: ModeMachine, interrupted: bool = False) -> Decision | None:
         """Decision to suspend updates and to restore the checkpoint; None if no checkpoint is established.
 
         After an `interrupted` motion a checkpoint need not be established: the present coefficients become it.
         """
         checkpoint = self._parity.checkpoint
         established = self._tracking_time >= MIN_TRACKING_TIME
-        if not mode.initialized or checkpoint is None or not (established or interrupted):
+        if not modes.initialized or checkpoint is None or not (established or interrupted):
             return None
-        if mode is Mode.SUSPENDED:
+        if modes.suspended:
             return Decision(Event.INCONSISTENT)
         self._time_in_fault = 0.0
         if established:
@@ -85,26 +85,28 @@ class ConsistencyMonitor:
         covariance[0, 0] += checkpoint.mean[1] ** 2 * variance
         return self._replace(checkpoint._replace(covariance=covariance, reference=checkpoint.reference + shift))
 
-    def evaluate(self, tracker: Tracker, mode: Mode, time: float, step: Decimated, encoder_fault: bool) -> Decision:
+    def evaluate(
+        self, tracker: Tracker, modes: ModeMachine, time: float, step: Decimated, encoder_fault: bool
+    ) -> Decision:
         """Decision after a filter step at `time` [s]."""
         evaluated = self._parity.add(time, step.deflection, step.force if step.forces else math.nan)
-        if not mode.initialized:
+        if not modes.initialized:
             return NOMINAL
         if self._parity.checkpoint is None:
             self._keep(tracker, time)
         if encoder_fault:
-            decision = self.suspend(tracker, mode)
+            decision = self.suspend(tracker, modes)
             self._time_in_fault = 0.0
             return decision or NOMINAL
         if not evaluated:
             return NOMINAL
-        return self._suspended(tracker) if mode is Mode.SUSPENDED else self._nominal(tracker, mode, time)
+        return self._suspended(tracker) if modes.suspended else self._nominal(tracker, modes, time)
 
-    def _nominal(self, tracker: Tracker, mode: Mode, time: float) -> Decision:
+    def _nominal(self, tracker: Tracker, modes: ModeMachine, time: float) -> Decision:
         if self._parity.is_insensitive:
             self._parity.replace(_present(tracker))
         elif self._parity.exceeds_threshold:
-            decision = self.suspend(tracker, mode)
+            decision = self.suspend(tracker, modes)
             if decision is not None:
                 return decision
             self._tracking_time = 0.0

@@ -9,7 +9,7 @@ from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.initialization.cross_check import CrossCheckSchedule
 from vsa_estimator.initialization.posterior import Fit
 from vsa_estimator.initialization.scheduler import Initializer
-from vsa_estimator.modes import Event, Mode
+from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.initialization import MIN_D1_STD, MIN_D2_STD, MIN_K2_RELATIVE_STD, MIN_LN_STIFFNESS_STD
 
@@ -58,18 +58,18 @@ class HandOver:
         self._initializer.clear()
         self.has_fit = False
 
-    def is_due(self, mode: Mode, now_ns: int) -> bool:
+    def is_due(self, modes: ModeMachine, now_ns: int) -> bool:
         """Whether a regression is due: before hand-over always, then for a cross-check while the mode is TRACKING."""
-        return not mode.initialized or (mode is Mode.TRACKING and self._cross_checks.is_due(now_ns))
+        return not modes.initialized or (not modes.suspended and self._cross_checks.is_due(now_ns))
 
-    def begin(self, mode: Mode, period: float, reference: float, noise: StepNoise) -> None:
+    def begin(self, modes: ModeMachine, period: float, reference: float, noise: StepNoise) -> None:
         """Begin a regression of steps with this `period` [s] about a `reference` [m]."""
         self._initializer.begin(
-            period, reference, noise.force_std, noise.deflection_std, noise.jerk_density, cross_check=mode.initialized
+            period, reference, noise.force_std, noise.deflection_std, noise.jerk_density, cross_check=modes.initialized
         )
 
     def advance(
-        self, tracker: Tracker, mode: Mode, now_ns: int, period: float, force_std: float, samples: int
+        self, tracker: Tracker, modes: ModeMachine, now_ns: int, period: float, force_std: float, samples: int
     ) -> NewCoefficients | None:
         """Do the part of a regression that is due `period` [s] after the last call; new coefficients, or None.
 
@@ -81,7 +81,7 @@ class HandOver:
         self._initializer.evaluate(fit, force_std / math.sqrt(samples))
         ready = self._initializer.ready_to_hand_over
         event = None
-        if mode.initialized:
+        if modes.initialized:
             self._cross_checks.postpone(now_ns)
             if not ready or not tracker.cross_check_failed(fit.mean, fit.covariance, fit.acceleration, force_std):
                 return None

@@ -54,7 +54,7 @@ def inflate_position(snapshot: Record, error: float, variance: float) -> None:
     Two successive outliers leave the position uncertain by the second error.
     """
     square = error * error
-    outlier = square > POSITION_GATE * (variance + snapshot[0]["deflection_noise_variance"])
+    outlier = square > POSITION_GATE * (variance + snapshot[0]["published"]["deflection_noise_variance"])
     snapshot[0]["position_inflation"] = square if outlier and snapshot[0]["previous_outlier"] else 0.0
     snapshot[0]["previous_outlier"] = outlier
 
@@ -68,7 +68,7 @@ def predict_into(
     `state`: (1,) FILTER_STATE; `snapshot`: (1,) SNAPSHOT, whose position inflation a `deflection` [m] updates unless
     it is NaN; `condition`: bits of Condition.
     """
-    now = snapshot[0]
+    now = snapshot[0]["published"]
     prediction = np.empty(1, PREDICTION)
     ahead = min(max((instant_ns - now["step_ns"]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
     predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
@@ -76,10 +76,11 @@ def predict_into(
     position_variance, ln_variance = predicted["deflection_variance"], predicted["ln_stiffness_variance"]
     if not np.isnan(deflection):
         inflate_position(snapshot, deflection - predicted["deflection"], position_variance)
-    if now["position_inflation"] > 0.0:
-        position_variance += now["position_inflation"]
+    inflation = snapshot[0]["position_inflation"]
+    if inflation > 0.0:
+        position_variance += inflation
         by_x = ln_stiffness_gradient(state[0]["mean"][K2], 0.0)[0]
-        ln_variance += by_x * by_x * now["position_inflation"]
+        ln_variance += by_x * by_x * inflation
     write_motion(row, prediction, position_variance, condition & ALIVE > 0)
     write_impedance(row, prediction, ln_variance)
     write_validity(row, state, snapshot, stamp_ns, condition, ln_variance, predicted["peak_speed"])
@@ -90,7 +91,7 @@ def write_validity(
     row: Record, state: Record, snapshot: Record, stamp_ns: int, condition: int, ln_variance: float, peak_speed: float
 ) -> None:
     """Write validity of force, stiffness, damping and inertia, and the status, into a (1,) ROW with its values."""
-    now, out = snapshot[0], row[0]
+    now, out = snapshot[0]["published"], row[0]
     d1, d1_variance = state[0]["mean"][D1], state[0]["covariance"][D1, D1]
     alive, initialized = condition & ALIVE > 0, now["initialized"]
     degraded = now["suspended"] or stamp_ns < now["fault_until_ns"]
@@ -166,7 +167,7 @@ def process_into(
 ) -> Outcome:
     """`preprocess` a sample; if only a prediction is due, write it into `row`: outcome FAST_PATH."""
     outcome, flags, instant_ns, finished = preprocess(pipeline, stamp_ns, force, deflection)
-    if outcome == ACCEPT and not flags and not finished and snapshot[0]["is_current"]:
+    if outcome == ACCEPT and not flags and not finished and snapshot[0]["published"]["is_current"]:
         outcome = FAST_PATH
         predict_into(row, state, snapshot, stamp_ns, instant_ns, deflection, ALIVE)
     return outcome, flags, instant_ns, finished
@@ -208,7 +209,7 @@ def process_samples(
 @compiled
 def write_constants(row: Record, snapshot: Record) -> None:
     """Write the fields that are constant between two steps into a (1,) ROW."""
-    out, constants = row[0], snapshot[0]["constants"]
+    out, constants = row[0], snapshot[0]["published"]["constants"]
     out["reset_count"], out["reset_reason"] = constants["reset_count"], constants["reset_reason"]
     out["k2"], out["k2_variance"] = constants["k2"], constants["k2_variance"]
     out["d2"], out["d2_variance"] = constants["d2"], constants["d2_variance"]

@@ -6,10 +6,8 @@ from vsa_estimator.output.estimate import Estimate
 # Fields of an estimate that are constant between two steps.
 CONSTANTS = np.dtype([(name, "f8") for name in Estimate._fields[Estimate._fields.index("reset_count") :]])
 
-SNAPSHOT = np.dtype([
+PUBLISHED = np.dtype([
     ("is_current", "?"),  # whether nothing but a prediction is due before the next step
-    ("previous_outlier", "?"),  # whether the last deflection was beyond the position gate
-    ("position_inflation", "f8"),  # [m^2]
     ("reference", "f8"),  # of ln stiffness [m]
     ("jerk_density", "f8"),  # [m^2/s^5]
     ("deflection_noise_variance", "f8"),  # [m^2]
@@ -18,4 +16,10 @@ SNAPSHOT = np.dtype([
     ("step_ns", "i8"),  # instant of the last step
     ("fault_until_ns", "i8"),  # stamp until which a sensor fault is active
     ("constants", CONSTANTS),
+])  # fmt: skip
+
+SNAPSHOT = np.dtype([
+    ("previous_outlier", "?"),  # whether the last deflection was beyond the position gate
+    ("position_inflation", "f8"),  # [m^2]
+    ("published", PUBLISHED),  # written after each step
 ])  # fmt: skip

@@ -39,9 +39,9 @@ def finished_blocks(decimator: Any, count: int) -> list[Decimated]:
 
 
 @compiled
-def is_decimating(decimator: Any) -> bool:
-    """Whether the sample rate is at least twice the filter's rate."""
-    return bool(0.0 < 2.0 * decimator["period_ns"] <= decimator["span_ns"])
+def is_decimating(period_ns: float, span_ns: float) -> bool:
+    """Whether samples of this period come at least twice in the span of a block."""
+    return bool(0.0 < 2.0 * period_ns <= span_ns)
 
 
 @compiled

@@ -46,7 +46,7 @@ def preprocess(state: NDArray[Any], stamp_ns: int, force: float, deflection: flo
         now["checks"], now["limits"], stamp_ns, force, deflection, now["beyond_peak_speed"], decimator["period_ns"]
     )
     force_usable, deflection_usable = flags & EXCLUDE_FROM_UPDATE == 0, True
-    if is_decimating(decimator):
+    if is_decimating(decimator["period_ns"], decimator["span_ns"]):
         if force_usable and not accept(now["force_outliers"], force):
             flags |= SensorFlag.FORCE_OUTLIER.value
             force_usable = False
@@ -64,6 +64,18 @@ class Pipeline:
         """Limits and noise from the configuration."""
         self._config = config
         self.state = _initial_state(config)
+        self._set_views()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a copy, whose views refer to its own state."""
+        self.__dict__.update(state)
+        self._set_views()
+
+    def _set_views(self) -> None:
+        """Views of what every filter step reads: (1,) arrays."""
+        decimator, checks = self.state["decimator"], self.state["checks"]
+        self._period_ns, self._span_ns = decimator["period_ns"], decimator["span_ns"]
+        self._force_ratio, self._deflection_ratio = checks["force_noise"]["ratio"], checks["encoder_noise"]["ratio"]
 
     def reset(self) -> None:
         """Clear the state except for the validation: stamps remain increasing."""
@@ -77,27 +89,27 @@ class Pipeline:
 
     def finished(self, count: int) -> list[Decimated]:
         """The `count` blocks that the last sample has finished."""
-        return finished_blocks(self.state[0]["decimator"], count)
+        return finished_blocks(self.state[0]["decimator"], count) if count else []
 
     @property
     def period_ns(self) -> float:
         """Running mean of the sample period [ns]; 0 before the second sample."""
-        return float(self.state[0]["decimator"]["period_ns"])
+        return float(self._period_ns[0])
 
     @property
     def is_decimating(self) -> bool:
         """Whether blocks hold several samples."""
-        return bool(is_decimating(self.state[0]["decimator"]))
+        return is_decimating(float(self._period_ns[0]), float(self._span_ns[0]))
 
     @property
     def force_noise_ratio(self) -> float:
         """Standard deviation of the force's noise relative to the configured one; 1 unless noisy."""
-        return float(self.state[0]["checks"]["force_noise"]["ratio"])
+        return float(self._force_ratio[0])
 
     @property
     def deflection_noise_ratio(self) -> float:
         """Standard deviation of the encoder's noise relative to the configured one; 1 unless noisy."""
-        return float(self.state[0]["checks"]["encoder_noise"]["ratio"])
+        return float(self._deflection_ratio[0])
 
 
 def _initial_state(config: EstimatorConfig) -> NDArray[Any]:
