@@ -221,7 +221,7 @@ class Estimator:
         self._snapshot["published"] = (
             not supervisor.hand_over.is_running, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
-            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, self._constants,
+            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, *self._constants,
         )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:

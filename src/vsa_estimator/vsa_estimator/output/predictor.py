@@ -209,7 +209,7 @@ def process_samples(
 @compiled
 def write_constants(row: Record, snapshot: Record) -> None:
     """Write the fields that are constant between two steps into a (1,) ROW."""
-    out, constants = row[0], snapshot[0]["published"]["constants"]
+    out, constants = row[0], snapshot[0]["published"]
     out["reset_count"], out["reset_reason"] = constants["reset_count"], constants["reset_reason"]
     out["k2"], out["k2_variance"] = constants["k2"], constants["k2_variance"]
     out["d2"], out["d2_variance"] = constants["d2"], constants["d2_variance"]

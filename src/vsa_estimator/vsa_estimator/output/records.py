@@ -4,7 +4,7 @@ import numpy as np
 from vsa_estimator.output.estimate import Estimate
 
 # Fields of an estimate that are constant between two steps.
-CONSTANTS = np.dtype([(name, "f8") for name in Estimate._fields[Estimate._fields.index("reset_count") :]])
+CONSTANT_FIELDS = Estimate._fields[Estimate._fields.index("reset_count") :]
 
 PUBLISHED = np.dtype([
     ("is_current", "?"),  # whether nothing but a prediction is due before the next step
@@ -15,7 +15,7 @@ PUBLISHED = np.dtype([
     ("inertia_observable", "?"),
     ("step_ns", "i8"),  # instant of the last step
     ("fault_until_ns", "i8"),  # stamp until which a sensor fault is active
-    ("constants", CONSTANTS),
+    *((name, "f8") for name in CONSTANT_FIELDS),
 ])  # fmt: skip
 
 SNAPSHOT = np.dtype([
