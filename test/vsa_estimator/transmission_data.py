@@ -56,7 +56,7 @@ def record(rig: Rig, motion, seconds=20.0, rate=100, seed=1, stamps=None) -> Rec
 
 
 def measure(rig: Rig, t: Array, x: Array, v: Array, a: Array, seed=1) -> Recording:
-    """What the sensors say of a motion, as `record` does."""
+    """Sensor samples of a motion, as `record` makes them."""
     w = np.sqrt(rig.d1 / (-3.0 * rig.d2))
     c = np.clip(v, -w, w)
     spring = rig.k1 * np.exp(rig.k2 * x)

@@ -1,1 +1,4 @@
-"""Benches for developers: each compares side by side in one run."""
+"""Benches for developers: each compares side by side in one run. Input: options. Output: tables, JSON, plots.
+
+Permitted imports:
+"""

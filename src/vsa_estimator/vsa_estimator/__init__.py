@@ -1,1 +1,4 @@
-"""Stiffness, damping and inertia of one exponential-spring transmission from its force and deflection."""
+"""Stiffness, damping and inertia of one transmission. Input: force and deflection. Output: estimates, state.
+
+Permitted imports: vsa_common, vsa_msgs, rclpy, sensor_msgs, geometry_msgs, std_srvs, numpy
+"""

@@ -102,13 +102,13 @@ class Estimator:
             return False
         supervisor = self._supervisor
         blocks, self._pending = self._pending, None
-        if blocks and supervisor.initializer.is_running:
+        if blocks and supervisor.hand_over.is_running:
             self._pending = []
         for block in blocks:
             supervisor.step(block, self._force)
         if not blocks:
             supervisor.run_initialization()
-        if blocks or not supervisor.initializer.is_running:
+        if blocks or not supervisor.hand_over.is_running:
             self._publish_snapshot()
         return True
 
@@ -135,7 +135,7 @@ class Estimator:
         """Drop all state but the counters."""
         self._latch.clear()
         self._begin()
-        self._supervisor.count_reset(reason)
+        self._supervisor.counters.count_reset(reason)
 
     def state(self) -> State:
         """State after the last sample, with all deferred work done."""
@@ -146,15 +146,15 @@ class Estimator:
         return state_of(supervisor.tracker, self._estimate, Diagnostics(
             stamp_ns=self._stamp_ns,
             faults=tuple(text for text in faults if text),
-            reset_count=supervisor.reset_count,
-            reset_reason=supervisor.reset_reason,
-            force_noise_std=supervisor.force_noise.std,
-            deflection_noise_std=supervisor.deflection_noise.std,
-            jerk_density=supervisor.jerk.density,
+            reset_count=supervisor.counters.resets,
+            reset_reason=supervisor.counters.reset_reason,
+            force_noise_std=supervisor.noise.force.std,
+            deflection_noise_std=supervisor.noise.deflection.std,
+            jerk_density=supervisor.noise.jerk.density,
             samples_fused=self._fused,
             samples_dropped=self._dropped,
-            force_rejected=supervisor.force_rejected,
-            deflection_rejected=supervisor.deflection_rejected,
+            force_rejected=supervisor.counters.force_rejected,
+            deflection_rejected=supervisor.counters.deflection_rejected,
             force_repeated=self._latch.force_repeated,
         ))  # fmt: skip
 
@@ -172,12 +172,12 @@ class Estimator:
 
     def _handle(self, outcome: Outcome, sample: Sample) -> Estimate | None:
         """Do what a sample outside the fast path requires: drop, reset, start, flags, filter steps, initialization."""
-        verdict, flags, instant_ns, finished = outcome
+        result, flags, instant_ns, finished = outcome
         stamp_ns, force, deflection = sample
-        if verdict == DROP:
+        if result == DROP:
             self._dropped += 1
             return None
-        if verdict == TIME_RESET:
+        if result == TIME_RESET:
             self.reset(ResetReason.TIME_JUMP)
             return self.add(*sample)
         supervisor = self._supervisor
@@ -190,9 +190,9 @@ class Estimator:
         if not decimating:
             for block in blocks:
                 supervisor.step(block, self._force)
-            if supervisor.initializer.is_running:
+            if supervisor.hand_over.is_running:
                 supervisor.run_initialization()
-        elif blocks or supervisor.initializer.is_running:
+        elif blocks or supervisor.hand_over.is_running:
             self._pending = blocks
         if flags or not decimating:
             self._publish_snapshot()
@@ -206,22 +206,22 @@ class Estimator:
         if flags & _TIMING_SUSPECT:
             self._supervisor.mark_timing_suspect(instant_ns)
         self._latch.add_flags(flags, stamp_ns)
-        self._supervisor.count_rejected(flags & _FORCE_OUTLIER > 0, flags & _DEFLECTION_OUTLIER > 0)
+        self._supervisor.counters.count_rejected(flags & _FORCE_OUTLIER > 0, flags & _DEFLECTION_OUTLIER > 0)
 
     def _publish_snapshot(self) -> None:
         """Update what the estimates are predicted from until the next step."""
         supervisor, tracker, snapshot = self._supervisor, self._supervisor.tracker, self._snapshot[0]
         tracker.update_uncertainty()
-        self._force_variance = supervisor.force_noise.std**2
+        self._force_variance = supervisor.noise.force.std**2
         known = tracker.uncertainty
         self._constants = (
-            supervisor.reset_count, supervisor.reset_reason, known.k2, known.k2_variance, known.d2, known.d2_variance,
-            known.force_offset, known.coulomb_friction,
+            supervisor.counters.resets, supervisor.counters.reset_reason, known.k2, known.k2_variance,
+            known.d2, known.d2_variance, known.force_offset, known.coulomb_friction,
         )  # fmt: skip
-        snapshot["is_current"] = not supervisor.initializer.is_running
+        snapshot["is_current"] = not supervisor.hand_over.is_running
         snapshot["reference"] = tracker.reference
-        snapshot["jerk_density"] = supervisor.jerk.density
-        snapshot["deflection_noise_variance"] = supervisor.deflection_noise.std**2
+        snapshot["jerk_density"] = supervisor.noise.jerk.density
+        snapshot["deflection_noise_variance"] = supervisor.noise.deflection.std**2
         snapshot["suspended"] = supervisor.mode is Mode.SUSPENDED
         snapshot["initialized"] = supervisor.mode.initialized
         snapshot["inertia_observable"] = supervisor.inertia_observable

@@ -32,6 +32,7 @@ MAX_STEPS = 10  # predicted estimates in one call
 CLOCK_CACHE_NS = 5_000_000  # age of a reading of the ROS clock that is used again: a reading costs 10 us [ns]
 NO_SAMPLES = "no samples"  # reason of STALE
 
+_COUNTERS = ("samples_fused", "samples_dropped", "force_rejected", "deflection_rejected", "force_repeated")
 _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 
 
@@ -98,25 +99,16 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             return super().health()
         state = self._estimator.state()
         status = self._status
-        values: dict[str, object] = {
-            "status": status.name,
-            "samples_fused": state.samples_fused,
-            "samples_dropped": state.samples_dropped,
-            "unpaired": self._pairing.dropped,
-            "estimates_overtaken": self._overtaken,
-            "force_rejected": state.force_rejected,
-            "deflection_rejected": state.deflection_rejected,
-            "force_repeated": state.force_repeated,
-            "resets": state.reset_count,
-            "last_reset": ResetReason(state.reset_reason).name,
-        }
+        values: dict[str, object] = {"status": status.name} | {name: getattr(state, name) for name in _COUNTERS}
+        values |= {"unpaired": self._pairing.dropped, "estimates_overtaken": self._overtaken}
+        values |= {"resets": state.reset_count, "last_reset": ResetReason(state.reset_reason).name}
         refused = {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
         values |= refused
         texts = [state.reason] if state.reason else []
         if self._recorder is not None:
             values["flight_recordings"] = self._recorder.files
             texts += [self._recorder.failed] if self._recorder.failed else []
-        lost = {name: getattr(state, name) for name in ("samples_dropped", "force_rejected", "deflection_rejected")}
+        lost = {name: getattr(state, name) for name in _COUNTERS[1:4]}
         lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count}
         increases = self._increases.increases(lost | refused, time.monotonic())
         wrong = [topic for topic in self._refused if f"refused_stamps {topic}" in increases]

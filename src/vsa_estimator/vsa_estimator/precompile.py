@@ -26,6 +26,7 @@ def precompile() -> None:
         jerk.add(0.01, 1e-10, 0.01)
         noise.add(30.0, 10)
         process_sample(pipeline.state, tracker.state, snapshot, stamp_ns, 30.0, 0.01)
+    _ = tracker.sufficient_stroke, pipeline.is_decimating  # properties that call compiled functions
     parity.isolate_fault()
     noise.refresh()
 

@@ -1,38 +1,27 @@
-"""Filter steps of one transmission and what has to happen between them.
-
-Reset of the position after gaps and encoder steps, suspension of updates, initialization and its cross-checks.
-"""
+"""Filter steps of one transmission, with resets of the position, suspension of updates, and initialization."""
 
 import math
 
-import numpy as np
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
+from vsa_estimator.fault_detection.counters import Counters
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.fault_detection.position import PositionMonitor, PositionUpdate, is_pause
-from vsa_estimator.filter.measurement_noise import NoiseLevel
-from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.filter.adaptation import NoiseAdaptation
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.initialization.cross_check import CrossCheckSchedule
-from vsa_estimator.initialization.posterior import Fit
-from vsa_estimator.initialization.scheduler import Initializer
+from vsa_estimator.initialization.hand_over import HandOver, StepNoise
 from vsa_estimator.modes import Event, Mode, ModeMachine
 from vsa_estimator.output.validity import inertia_observable
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.preprocessing.pipeline import Pipeline
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.tuning.filter import MIN_JERK_DENSITY, MIN_JERK_DENSITY_WITH_INERTIA, STATIONARY_SPEED
+from vsa_estimator.tuning.filter import STATIONARY_SPEED
 from vsa_estimator.tuning.output import MAX_PREDICTION_TIME
 from vsa_estimator.tuning.supervisor import (
     COUNTED_GAP,
     INERTIA_NEGLIGIBLE,
     MANOEUVRE_RATIO,
-    MIN_D1_STD,
-    MIN_D2_STD,
-    MIN_K2_RELATIVE_STD,
-    MIN_LN_STIFFNESS_STD,
     MOTION_HOLD_TIME,
-    NOISE_MEMORY,
     REFRESH_PERIOD,
 )
 
@@ -44,39 +33,30 @@ class Supervisor:
 
     def __init__(self, config: EstimatorConfig, pipeline: Pipeline, latch: FaultLatch) -> None:
         """`pipeline` has the sample period and the noise ratios of the sensors; encoder steps are raised in `latch`."""
-        self._config = config
-        self._pipeline = pipeline
-        self._latch = latch
-        self.reset_count = 0
-        self.reset_reason = ResetReason.NONE
-        self.force_rejected = 0
-        self.deflection_rejected = 0
+        self._config, self._pipeline, self._latch = config, pipeline, latch
+        self.counters = Counters()
         self.reset()
 
     def reset(self) -> None:
         """Drop all state but the counters."""
-        rate, memory = self._config.filter_rate, int(NOISE_MEMORY * self._config.filter_rate)
-        self.force_noise = NoiseLevel(self._config.force_noise_std, 0.0, memory)
-        self.deflection_noise = NoiseLevel(self._config.deflection_std, self._config.quantisation_std, memory)
-        self.jerk = JerkDensity()
+        rate = self._config.filter_rate
+        self.noise = NoiseAdaptation(self._config)
         self.tracker = Tracker(self._config.initial, rate)
-        self.initializer = Initializer(self._config.initial, rate)
+        self.hand_over = HandOver(self._config.initial, rate)
         self.consistency = ConsistencyMonitor(rate)
         self.modes = ModeMachine()
         self.encoder_fault = False  # of the last sample
         self.inertia_observable = False  # at the last step
         self.step_ns = 0  # instant of the last step
         self._position = PositionMonitor()
-        self._cross_checks = CrossCheckSchedule()
         self._samples_per_step = 1
         self._force = 0.0  # the newest one [N]
-        self._has_fit = False
         self._epoch_ns = self._moved_ns = self._refreshed_ns = 0
 
     def start(self, instant_ns: int, force: float, deflection: float) -> None:
         """Begin with the first sample ([ns], [N], [m])."""
         self.modes.handle(Event.FIRST_SAMPLE)
-        self.tracker.start(deflection, force, self.deflection_noise.std**2)
+        self.tracker.start(deflection, force, self.noise.deflection.std**2)
         self._position.restart(instant_ns)
         self._epoch_ns = self.step_ns = self._refreshed_ns = instant_ns
         self._moved_ns = instant_ns - int(MOTION_HOLD_TIME * 1e9)
@@ -94,38 +74,28 @@ class Supervisor:
         """Set whether the encoder was faulty at the last sample."""
         self.encoder_fault = faulty
 
-    def count_rejected(self, force: bool, deflection: bool) -> None:
-        """Count rejected samples of force and deflection."""
-        self.force_rejected += force
-        self.deflection_rejected += deflection
-
-    def count_reset(self, reason: ResetReason) -> None:
-        """Count a reset."""
-        self.reset_count += 1
-        self.reset_reason = reason
-
     def step(self, block: Decimated, force: float) -> None:
         """Make one filter step at a mean stamp; `force` [N] is the newest one, for a block that has none."""
         tracker = self.tracker
         self._force = block.force if block.forces else force
         dt = (block.stamp_ns - self.step_ns) * 1e-9
-        deflection_variance = (self._pipeline.deflection_noise_ratio * self.deflection_noise.std) ** 2 / block.samples
+        deflection_variance = (self._pipeline.deflection_noise_ratio * self.noise.deflection.std) ** 2 / block.samples
         if 0.0 < dt <= MAX_PREDICTION_TIME:
-            tracker.predict(dt, self.jerk.density)
+            tracker.predict(dt, self.noise.jerk.density)
         if self._is_discontinuous(block, dt, deflection_variance):
             self._restart_after_gap(block, dt, deflection_variance)
         self.step_ns = block.stamp_ns
         if not self._update_position(block, deflection_variance):
             return
-        self.deflection_noise.add(block.deflection, block.samples)
-        self.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
+        self.noise.deflection.add(block.deflection, block.samples)
+        self.noise.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
         if abs(tracker.speed) > STATIONARY_SPEED:
             self._moved_ns = block.stamp_ns
         self._pipeline.set_beyond_peak_speed(self.mode.initialized and tracker.beyond_peak_speed)
         decision = self.consistency.evaluate(tracker, self.mode, block.stamp_ns * 1e-9, block, self.encoder_fault)
         self._apply(decision, INCONSISTENT)
         if self._detect_manoeuvre() or self.mode is Mode.SUSPENDED or not block.forces:
-            self.force_noise.interrupt()
+            self.noise.force.interrupt()
         else:
             self._update_force(block, dt, deflection_variance)
         if block.stamp_ns - self._refreshed_ns >= REFRESH_PERIOD * 1e9 - 0.5 * self._pipeline.period_ns:
@@ -133,14 +103,14 @@ class Supervisor:
             self._refresh(block)
         self._samples_per_step = block.samples
         tracker.update_uncertainty()
-        self.inertia_observable = inertia_observable(tracker, self.force_noise.std)
+        self.inertia_observable = inertia_observable(tracker, self.noise.force.std)
 
     def _apply(self, decision: Decision, reason: str) -> None:
         """Carry out a decision: coefficients first, then mode and counters."""
         if decision.restore is not None:
             self.tracker.restore(*decision.restore)
         if decision.reset is not ResetReason.NONE:
-            self.count_reset(decision.reset)
+            self.counters.count_reset(decision.reset)
         if decision.event is Event.REJECTED:
             self._restart_initialization(self._force)
         elif decision.event is not None:
@@ -156,9 +126,9 @@ class Supervisor:
 
     def _detect_manoeuvre(self) -> bool:
         """Raise the jerk density at the onset of a manoeuvre; whether there is one."""
-        before = self.jerk.density
-        manoeuvre = self.mode.initialized and self.jerk.detect_manoeuvre(self.tracker.deflection_nis)
-        if self.jerk.density > MANOEUVRE_RATIO * before:
+        before = self.noise.jerk.density
+        manoeuvre = self.mode.initialized and self.noise.jerk.detect_manoeuvre(self.tracker.deflection_nis)
+        if self.noise.jerk.density > MANOEUVRE_RATIO * before:
             self.tracker.reset_matching()
         return manoeuvre
 
@@ -173,10 +143,10 @@ class Supervisor:
 
     def _update_position(self, block: Decimated, deflection_variance: float) -> bool:
         """Update by the deflection; False where it is rejected."""
-        update = self._position.update(self.tracker, self.jerk, block, deflection_variance, self.mode.initialized)
+        update = self._position.update(self.tracker, self.noise.jerk, block, deflection_variance, self.mode.initialized)
         if update is PositionUpdate.ACCEPTED:
             return True
-        self.deflection_rejected += 1
+        self.counters.count_rejected(deflection=True)
         if update is PositionUpdate.RESET_DUE:
             self._reset_position(block, deflection_variance)
         return False
@@ -188,77 +158,57 @@ class Supervisor:
 
     def _update_force(self, block: Decimated, dt: float, deflection_variance: float) -> None:
         tracker = self.tracker
-        self.force_noise.add(block.force, block.forces)
+        self.noise.force.add(block.force, block.forces)
         if block.stamp_ns - self._moved_ns < MOTION_HOLD_TIME * 1e9:
-            self.initializer.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
+            self.hand_over.add((block.stamp_ns - self._epoch_ns) * 1e-9, block.deflection, block.force)
         if not self.mode.initialized:
             return
-        force_variance = (self._pipeline.force_noise_ratio * self.force_noise.std) ** 2 / block.forces
+        force_variance = (self._pipeline.force_noise_ratio * self.noise.force.std) ** 2 / block.forces
         if not tracker.update_force(block.force, force_variance, deflection_variance, dt):
-            self.force_rejected += 1
+            self.counters.count_rejected(force=True)
         if not tracker.nis_test_failed:
             return
         if self.consistency.is_consistent:
             tracker.reset_nis_test()
         elif not self._suspend(INCONSISTENT):
             self._restart_initialization(block.force)
-            self.count_reset(ResetReason.INNOVATION)
+            self.counters.count_reset(ResetReason.INNOVATION)
 
     def _restart_initialization(self, force: float) -> None:
         """Drop the coefficients, and begin with the start values at the present `force` [N]."""
         self.modes.handle(Event.REJECTED)
         self.consistency.reset()
-        self.initializer.clear()
+        self.hand_over.restart()
         self.tracker.reset_coefficients(force)
-        self._has_fit = False
 
     def _refresh(self, block: Decimated) -> None:
         """Renew noise levels and jerk density; begin a regression or a cross-check where it is due."""
-        self.force_noise.refresh()
-        self.deflection_noise.refresh()
-        initialized = self.mode.initialized
-        negligible = initialized and self.tracker.max_inertial_force < INERTIA_NEGLIGIBLE * self.force_noise.std
-        self.jerk.refresh(MIN_JERK_DENSITY if negligible else MIN_JERK_DENSITY_WITH_INERTIA)
-        if initialized and (self.mode is Mode.SUSPENDED or not self._cross_checks.is_due(block.stamp_ns)):
+        limit = INERTIA_NEGLIGIBLE * self.noise.force.std
+        self.noise.refresh(self.mode.initialized and self.tracker.max_inertial_force < limit)
+        if not self.hand_over.is_due(self.mode, block.stamp_ns):
             return
-        if not initialized and not self._has_fit and block.forces:
+        if not self.mode.initialized and not self.hand_over.has_fit and block.forces:
             self.tracker.reset_coefficients(block.force)
         averaging = 1.0 / math.sqrt(block.samples)
-        self.initializer.begin(
-            self._period, self.tracker.reference, self.force_noise.std * averaging,
-            self.deflection_noise.std * averaging, self.jerk.ml_estimate, cross_check=initialized,
-        )  # fmt: skip
+        noise = StepNoise(
+            self.noise.force.std * averaging, self.noise.deflection.std * averaging, self.noise.jerk.ml_estimate
+        )
+        self.hand_over.begin(self.mode, self._period, self.tracker.reference, noise)
 
     def run_initialization(self) -> None:
-        """Do the due part of a regression; its result initializes the filter, or cross-checks it."""
-        fit = self.initializer.advance(self._pipeline.period_ns * 1e-9)
-        if fit is None:
+        """Do the due part of a regression; its result initializes the filter, or replaces its coefficients."""
+        period, force_std = self._pipeline.period_ns * 1e-9, self.noise.force.std
+        new = self.hand_over.advance(self.tracker, self.mode, self.step_ns, period, force_std, self._samples_per_step)
+        if new is None:
             return
-        self.initializer.evaluate(fit, self.force_noise.std / math.sqrt(self._samples_per_step))
-        ready = self.initializer.ready_to_hand_over
-        if self.mode.initialized:
-            self._cross_check(fit, ready)
-        else:
-            self._set_coefficients(fit)
-            if ready:
-                self.modes.handle(Event.HAND_OVER)
-                self.tracker.set_stroke(*self.initializer.range)
-                self._cross_checks.restart(self.step_ns)
-
-    def _cross_check(self, fit: Fit, ready: bool) -> None:
-        """Replace the filter's coefficients by those of a regression that refutes them."""
-        self._cross_checks.postpone(self.step_ns)
-        if ready and self.tracker.cross_check_failed(fit.mean, fit.covariance, fit.acceleration, self.force_noise.std):
-            self.modes.handle(Event.REPLACED)
+        if new.event is Event.REPLACED:
             self.consistency.reset()
-            self.count_reset(ResetReason.INNOVATION)
-            self._set_coefficients(fit)
-
-    def _set_coefficients(self, fit: Fit) -> None:
-        self._has_fit = True
-        k2_std = MIN_K2_RELATIVE_STD * fit.mean[1]
-        floor = np.array([MIN_LN_STIFFNESS_STD**2, k2_std**2, MIN_D1_STD**2, MIN_D2_STD**2, 0.0, 0.0, 0.0])
-        self.tracker.set_coefficients(fit.mean, fit.covariance + np.diag(floor))
+            self.counters.count_reset(ResetReason.INNOVATION)
+        self.tracker.set_coefficients(new.mean, new.covariance)
+        if new.event is Event.HAND_OVER:
+            self.tracker.set_stroke(*new.stroke)
+        if new.event is not None:
+            self.modes.handle(new.event)
 
     def _restart_after_gap(self, block: Decimated, silence: float, deflection_variance: float) -> None:
         """Reset the motion, keep the coefficients."""
@@ -266,7 +216,7 @@ class Supervisor:
         self._interrupt(block, deflection_variance)
         self._suspend(AFTER_GAP, interrupted=True)
         if silence > COUNTED_GAP:
-            self.count_reset(ResetReason.GAP)
+            self.counters.count_reset(ResetReason.GAP)
 
     def _reset_position(self, block: Decimated, deflection_variance: float) -> None:
         """Take over the encoder's position: an encoder step, or a motion that the gate has rejected."""
@@ -283,11 +233,11 @@ class Supervisor:
         else:
             tracker.set_reference(block.deflection)
             tracker.reset_coefficients(self._force)
-            self._has_fit = False
+            self.hand_over.restart()
         tracker.reset_position(block.deflection, deflection_variance)
-        self.initializer.clear()
+        self.hand_over.clear()
         self._interrupt(block, deflection_variance)
-        self.count_reset(ResetReason.DEFLECTION)
+        self.counters.count_reset(ResetReason.DEFLECTION)
         if stepped and not suspended:
             self._latch.raise_fault(text, block.stamp_ns)
 
@@ -295,6 +245,4 @@ class Supervisor:
         """End what must not reach across a gap."""
         self._position.restart(block.stamp_ns)
         self.consistency.interrupt()
-        self.jerk.restart(block.deflection, deflection_variance)
-        self.deflection_noise.interrupt()
-        self.force_noise.interrupt()
+        self.noise.restart(block.deflection, deflection_variance)

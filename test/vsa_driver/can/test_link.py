@@ -79,7 +79,7 @@ def test_every_frame_arrives_in_order(link, frames):
 
 
 def test_a_busy_thread_reads_frames_in_batches_and_in_order(opener, downs, monkeypatch):
-    monkeypatch.setattr(rest, "TIRED", -1.0)
+    monkeypatch.setattr(rest, "BUSY", -1.0)
     monkeypatch.setattr(rest, "WINDOW_S", 0.0)
     taken = []
     link = BusLink(VIRTUAL, lambda frame: taken.append((time.monotonic(), frame)), downs.put, opener, coalescing_s=0.05)

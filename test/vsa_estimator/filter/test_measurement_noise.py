@@ -1,45 +1,46 @@
-"""The noise and the liveliness of a stream, from the stream."""
+"""Noise of a sensor and jerk density of its motion, estimated from its samples."""
 
 import numpy as np
 import pytest
 from vsa_estimator.filter.measurement_noise import NoiseLevel
-from vsa_estimator.filter.process_noise import MARGIN, JerkDensity
+from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.tuning.filter import PSD_SCALE
 
 
-def level(values, given=0.017, count=1):
-    noise = NoiseLevel(given, 0.0, 900)
+def level(values, configured=0.017, count=1):
+    noise = NoiseLevel(configured, 0.0, 900)
     for value in values:
         noise.add(float(value), count)
     return noise.refresh()
 
 
-@pytest.mark.parametrize("given", [0.006, 0.017, 0.05])
-def test_white_noise_is_measured_whatever_was_given(given):
+@pytest.mark.parametrize("configured", [0.006, 0.017, 0.05])
+def test_white_noise_is_estimated_for_any_configured_noise(configured):
     t = np.arange(900) / 100.0
     motion = 30.0 * np.sin(2.0 * np.pi * 0.2 * t)
     rng = np.random.default_rng(1)
-    assert level(motion + 0.017 * rng.standard_normal(t.size), given) == pytest.approx(0.017, rel=0.1)
+    assert level(motion + 0.017 * rng.standard_normal(t.size), configured) == pytest.approx(0.017, rel=0.1)
 
 
-def test_the_level_of_one_sample_is_measured_from_means_of_ten():
+def test_the_noise_of_one_sample_is_estimated_from_means_of_ten():
     rng = np.random.default_rng(2)
     means = 0.017 * rng.standard_normal((900, 10)).mean(axis=1)
     assert level(means, count=10) == pytest.approx(0.017, rel=0.1)
 
 
-def test_single_spikes_count_for_little():
+def test_the_estimate_is_robust_to_single_outliers():
     rng = np.random.default_rng(3)
     values = 0.017 * rng.standard_normal(900)
     values[::100] += 10.0
     assert level(values) == pytest.approx(0.017, rel=0.35)
 
 
-def test_the_level_stays_within_a_quarter_and_four_times_of_what_was_given():
+def test_the_estimate_stays_within_a_quarter_and_four_times_of_the_configured_noise():
     assert level(np.zeros(900)) == pytest.approx(0.017 / 4.0)
     assert level(np.random.default_rng(4).standard_normal(900)) == pytest.approx(0.017 * 4.0)
 
 
-def test_friction_at_brisk_reversals_is_hardly_taken_for_noise():
+def test_friction_at_fast_reversals_raises_the_estimate_by_less_than_40_percent():
     rng = np.random.default_rng(1)
     time, omega = 0.01 * np.arange(3000), 2.0 * np.pi * np.array([0.05, 0.7, 1.7])
     speed = np.cos(time[:, None] * omega + np.array([0.0, 1.3, 2.6])) @ (omega * np.array([4e-3, 1.6e-4, 8e-5]))
@@ -49,7 +50,7 @@ def test_friction_at_brisk_reversals_is_hardly_taken_for_noise():
     assert 0.0054 < noise.refresh() < 1.4 * 0.0054
 
 
-def followed_white_jerk(density):
+def bank_on_white_jerk(density):
     rng = np.random.default_rng(5)
     dt = 0.01
     x = v = a = 0.0
@@ -63,19 +64,19 @@ def followed_white_jerk(density):
     return jerk
 
 
-def test_the_jerk_density_of_a_simulated_white_jerk_is_found_within_a_factor_of_two():
-    jerk = followed_white_jerk(1e-3)
-    assert 5e-4 < jerk.likeliest < 2e-3
-    assert jerk.density == MARGIN * jerk.likeliest
+def test_the_jerk_density_of_simulated_white_jerk_is_estimated_within_a_factor_of_two():
+    jerk = bank_on_white_jerk(1e-3)
+    assert 5e-4 < jerk.ml_estimate < 2e-3
+    assert jerk.density == PSD_SCALE * jerk.ml_estimate
 
 
-def test_jerk_densities_are_told_apart_between_the_candidates_of_the_bank():
-    found = [followed_white_jerk(density).likeliest for density in (1e-3, 1.5e-3, 2.2e-3)]
-    assert np.all(np.diff(found) > 0.0)
-    assert found[2] / found[0] == pytest.approx(2.2, rel=0.25)
+def test_jerk_densities_between_two_candidates_of_the_bank_are_resolved():
+    estimates = [bank_on_white_jerk(density).ml_estimate for density in (1e-3, 1.5e-3, 2.2e-3)]
+    assert np.all(np.diff(estimates) > 0.0)
+    assert estimates[2] / estimates[0] == pytest.approx(2.2, rel=0.25)
 
 
-def test_a_livelier_motion_has_a_greater_jerk_density():
+def test_a_faster_motion_has_a_higher_jerk_density():
     def density(frequency):
         jerk = JerkDensity()
         for k in range(600):

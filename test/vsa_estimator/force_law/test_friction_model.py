@@ -1,11 +1,15 @@
-"""What the state would be off by, had the friction another form: carried through the filter, part of the interval."""
+"""Friction bias: the sensitivity of the state to the form of the friction, propagated as a consider parameter."""
 
 import numpy as np
 import pytest
 from transmission_data import TRANSMISSION_1, record, run, wrong_start
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.filter import ekf as step
-from vsa_estimator.force_law.transmission import COULOMB_SPEED, SIZE, Z, force, friction_model_std
+from vsa_estimator.filter.ekf import predict, update_deflection, update_force
+from vsa_estimator.filter.records import ForceMeasurement, initial_excitation, initial_monitor, initial_state
+from vsa_estimator.force_law.friction import friction_model_std, smoothing_speed
+from vsa_estimator.force_law.state import SIZE, Z
+from vsa_estimator.force_law.transmission import force
+from vsa_estimator.tuning.force_law import COULOMB_SPEED
 
 REFERENCE, DT, SHARE = 0.010, 0.01, 0.02
 TRUTH = np.array([0.010, 0.0, 0.0, np.log(3000.0), 267.2, 4000.0, -1.089e8, 0.3755, 16.39, 0.3])
@@ -17,36 +21,40 @@ def law(state):
     return force(state, REFERENCE, COULOMB_SPEED, np.zeros(SIZE), np.zeros((SIZE, SIZE)))
 
 
-def test_the_pull_is_what_a_friction_of_that_form_does_to_the_state():
+def test_the_friction_bias_is_the_difference_of_two_filters_with_different_friction():
     rng = np.random.default_rng(3)
-    states = [np.array(TRUTH), np.array(TRUTH)]
-    covariances = [np.diag(STD**2), np.diag(STD**2)]
-    pull, monitor = np.zeros(SIZE), np.zeros(3)
+    states, excitation, monitor = [initial_state(), initial_state()], initial_excitation(), initial_monitor()
+    excitation["position_max"] = 0.004
+    for state in states:
+        state["mean"][0], state["covariance"][0] = TRUTH, np.diag(STD**2)
+    nominal = states[0][0]
     for k in range(3000):
         w, t = 2.0 * np.pi * 0.1, DT * k
         motion = 0.010 + 2e-3 * np.sin(w * t), 2e-3 * w * np.cos(w * t), -2e-3 * w * w * np.sin(w * t)
         measured_x = motion[0] + 1e-6 * rng.standard_normal()
         measured_f = law(np.array([*motion, *TRUTH[3:]])) + 0.01 * rng.standard_normal()
-        for z, p, pulled in zip(states, covariances, (pull, None), strict=True):
-            step.predict(z, p, DT, 1e-4)
-            if pulled is not None:
-                step.carry(pulled, DT)
-            step.update_deflection(z, p, measured_x, 1e-12, 0.004, monitor, pulled)
-        z, p = states[0], covariances[0]
-        extra = SHARE * friction_model_std(z, np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1] + 0.125 * (z[2] * DT) ** 2))
-        for z, p, pulled, more in zip(states, covariances, (pull, None), (0.0, extra), strict=True):
-            step.update_force(z, p, REFERENCE, measured_f + more, 1e-4, 1e-12, DT, 0.004, monitor, pulled)
-    found = (states[1] - states[0]) / SHARE
+        for state in states:
+            predict(state, DT, 1e-4)
+            update_deflection(state, excitation, monitor, measured_x, 1e-12)
+        z, p = nominal["mean"], nominal["covariance"]
+        coulomb_speed = np.sqrt(COULOMB_SPEED**2 + 1.5 * p[1, 1] + 0.125 * (z[2] * DT) ** 2)
+        assert coulomb_speed == pytest.approx(smoothing_speed(z[2], p[1, 1], DT), rel=1e-12)
+        extra = SHARE * friction_model_std(z[1], z[9], coulomb_speed)
+        for state, more in zip(states, (0.0, extra), strict=True):
+            update_force(
+                state, excitation, monitor, ForceMeasurement(float(measured_f + more), 1e-4, 1e-12, REFERENCE, DT)
+            )
+    difference, bias = (states[1]["mean"][0] - states[0]["mean"][0]) / SHARE, nominal["friction_bias"]
     for name in (Z.D1, Z.D2, Z.D0):
-        assert found[name] == pytest.approx(pull[name], rel=0.1)
-    assert pull[Z.D1] < -1.0  # more force at low speed looks like more friction and less damping
-    assert pull[Z.D0] > 0.0
+        assert difference[name] == pytest.approx(bias[name], rel=0.1)
+    assert bias[Z.D1] < -1.0  # more force at low speed: more friction, less damping
+    assert bias[Z.D0] > 0.0
 
 
-def test_the_interval_of_the_damping_holds_where_friction_saturates_sooner_than_the_model_has_it():
+def test_the_interval_of_the_damping_covers_the_truth_where_friction_saturates_at_a_lower_speed():
     estimator = Estimator(wrong_start(TRANSMISSION_1))
     run(estimator, record(TRANSMISSION_1, GENTLE, 60.0))
-    state, pull = estimator.state(), estimator._supervisor.tracker.friction_bias
+    state, bias = estimator.state(), estimator._supervisor.tracker.friction_bias
     assert abs(state.d1 - TRANSMISSION_1.d1) < 1.96 * np.sqrt(state.d1_variance)
-    assert state.d1_variance == pytest.approx(estimator._supervisor.tracker.p[Z.D1, Z.D1] + pull[Z.D1] ** 2)
-    assert abs(pull[Z.D1]) > 0.5 * np.sqrt(estimator._supervisor.tracker.p[Z.D1, Z.D1])
+    assert state.d1_variance == pytest.approx(estimator._supervisor.tracker.p[Z.D1, Z.D1] + bias[Z.D1] ** 2)
+    assert abs(bias[Z.D1]) > 0.5 * np.sqrt(estimator._supervisor.tracker.p[Z.D1, Z.D1])

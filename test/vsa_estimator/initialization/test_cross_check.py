@@ -7,9 +7,10 @@ import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, measure, record, wrong_start
 from vsa_common.types import ResetReason
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.filter.tracker import CONTRADICTION, Tracker
-from vsa_estimator.force_law.transmission import Z
+from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.force_law.state import Z
 from vsa_estimator.initialization.scheduler import Initializer
+from vsa_estimator.tuning.filter import MAHALANOBIS_LIMIT
 
 
 @cache
@@ -63,7 +64,7 @@ def test_a_cross_check_fails_only_beyond_chance():
     start = tracker.z[3:] + 20.0 * np.sqrt(np.diag(covariance)) * (np.arange(7) == Z.M - 3)
     assert not tracker.cross_check_failed(
         start, covariance, 0.01, 0.017
-    )  # of a mass that is not felt only the start is known
+    )  # the mass has its initial value: it is not observable
 
 
 def test_single_large_innovations_pass_the_nis_test_and_a_lasting_misfit_fails():
@@ -71,7 +72,7 @@ def test_single_large_innovations_pass_the_nis_test_and_a_lasting_misfit_fails()
     for innovations, fails in ((jolted, False), ([4.0] * 200, True)):
         tracker = Tracker(initial, 100.0)
         for innovation in innovations:
-            tracker._add_nis(innovation)
+            tracker._nis_test.add(innovation)
         assert tracker.nis_test_failed == fails
 
 
@@ -101,4 +102,4 @@ def test_fast_steps_with_creep_between_them_do_not_bias_the_regression(seed):
     truth = np.array([s, rig.k2, rig.d1, rig.d2, rig.mass, rig.force_offset, rig.coulomb_friction])
     scale = np.sqrt(np.diag(fit.covariance))
     apart = (truth - fit.mean) / scale
-    assert apart @ np.linalg.solve(fit.covariance / np.outer(scale, scale), apart) < 0.5 * CONTRADICTION
+    assert apart @ np.linalg.solve(fit.covariance / np.outer(scale, scale), apart) < 0.5 * MAHALANOBIS_LIMIT

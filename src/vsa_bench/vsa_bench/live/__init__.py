@@ -1,4 +1,4 @@
 """Rate, delay and cost of the running suite. Input: modes, rates, joints. Output: a table and a figure.
 
-Permitted imports: vsa_common, vsa_driver, vsa_estimator, vsa_joint, vsa_tools.demo, vsa_bench.harness, rclpy
+Permitted imports: vsa_common, vsa_tools.demo, vsa_bench.harness, rclpy
 """

@@ -1,4 +1,4 @@
 """Methods of other authors for comparison. Input: force and deflection, one row a recording. Output: estimates.
 
-Permitted imports: vsa_common, numpy, scipy
+Permitted imports: vsa_common, vsa_estimator.tuning, numpy, scipy
 """

@@ -8,9 +8,16 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.filter.consider import force_update_mask, partial_update_mask, propagate_bias
-from vsa_estimator.filter.excitation import stroke
+from vsa_estimator.filter.excitation import (
+    accumulate_excitation,
+    accumulate_matching,
+    accumulate_time_since_motion,
+    is_stationary,
+    kinematic_force_variance,
+    stroke,
+)
 from vsa_estimator.filter.measurement_noise import friction_error_variance, measurement_cross_noise
-from vsa_estimator.filter.process_noise import add_jerk_process_noise
+from vsa_estimator.filter.process_noise import add_jerk_process_noise, add_parameter_process_noise
 from vsa_estimator.filter.records import ForceMeasurement, Record
 from vsa_estimator.force_law.damper import linearize_near_peak
 from vsa_estimator.force_law.friction import friction_model_std, smoothing_speed
@@ -18,6 +25,8 @@ from vsa_estimator.force_law.state import D0, D1, K2, SIZE, A, M, V, X
 from vsa_estimator.force_law.transmission import force
 from vsa_estimator.tuning.filter import DEFLECTION_INFLATION, FORCE_INFLATION, HARD_GATE, SOFT_GATE
 from vsa_estimator.tuning.force_law import MIN_D1, MIN_K2
+
+STATIONARY, REJECTED, ACCEPTED = range(3)  # results of `process_force`
 
 
 @compiled
@@ -131,3 +140,26 @@ def update_force(state: Record, excitation: Record, monitor: Record, measurement
     apply_correction(z, p, ph, gain, innovation, variance - cross_noise)
     apply_bounds(z)
     return True
+
+
+@compiled
+def process_force(
+    state: Record, excitation: Record, monitor: Record, reference: float, force: float, variance: float,
+    deflection_variance: float, dt: float,
+) -> int:  # fmt: skip
+    """Update by a force [N], dt [s] after the one before: STATIONARY (no update), REJECTED or ACCEPTED."""
+    z, p = state[0]["mean"], state[0]["covariance"]
+    accumulate_time_since_motion(excitation, z, p, dt)
+    if is_stationary(excitation):
+        return STATIONARY
+    add_parameter_process_noise(p, dt)
+    accumulate_excitation(excitation, z, p, reference, dt)
+    speed, predicted_var = z[V], kinematic_force_variance(z, p, reference)
+    cross_noise = measurement_cross_noise(z, reference, deflection_variance)
+    measurement = ForceMeasurement(force, variance, deflection_variance, reference, dt)
+    accepted = update_force(state, excitation, monitor, measurement)
+    result = monitor[0]
+    if result["nis"] < SOFT_GATE:
+        observed_var = result["innovation"] * result["innovation"] - result["variance"] + cross_noise + predicted_var
+        accumulate_matching(excitation, speed, predicted_var, observed_var, dt)
+    return ACCEPTED if accepted else REJECTED

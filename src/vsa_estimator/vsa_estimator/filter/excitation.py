@@ -6,7 +6,7 @@
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_estimator.filter.records import EXCITATION, Record
+from vsa_estimator.filter.records import Record
 from vsa_estimator.force_law.damper import force_slope, peak_speed
 from vsa_estimator.force_law.elastic import stiffness
 from vsa_estimator.force_law.state import D1, D2, K2, A, S, V, X
@@ -18,11 +18,6 @@ from vsa_estimator.tuning.filter import (
     STATIONARY_SPEED,
     STATIONARY_TIME,
 )
-
-
-def initial_excitation() -> Record:
-    """Record of a filter before any motion, (1,) EXCITATION."""
-    return np.zeros(1, EXCITATION)
 
 
 @compiled

@@ -74,3 +74,22 @@ class ForceMeasurement(NamedTuple):
     deflection_variance: float  # of the encoder at the same step [m^2]
     reference: float  # of s [m]
     dt: float  # since the force before [s]
+
+
+def initial_state() -> Record:
+    """(1,) FILTER_STATE, zero but for the scales, which are 1."""
+    state = np.zeros(1, FILTER_STATE)
+    state["uncertainty"]["position_scale"] = state["uncertainty"]["velocity_scale"] = 1.0
+    return state
+
+
+def initial_excitation() -> Record:
+    """(1,) EXCITATION before any motion."""
+    return np.zeros(1, EXCITATION)
+
+
+def initial_monitor() -> Record:
+    """(1,) MONITOR before any measurement; the variance 1 keeps the NIS finite."""
+    monitor = np.zeros(1, MONITOR)
+    monitor["variance"] = 1.0
+    return monitor

@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.filter.chi_square import NisTest, mahalanobis_square
-from vsa_estimator.filter.ekf import predict, update_deflection
-from vsa_estimator.filter.excitation import initial_excitation, reset_matching, stroke
+from vsa_estimator.filter.ekf import REJECTED, STATIONARY, predict, process_force, update_deflection
+from vsa_estimator.filter.excitation import reset_matching, stroke
 from vsa_estimator.filter.initial_state import initial_coefficients
-from vsa_estimator.filter.records import FILTER_STATE, MONITOR
-from vsa_estimator.filter.steps import REJECTED, STATIONARY, process_force
+from vsa_estimator.filter.records import initial_excitation, initial_monitor, initial_state
 from vsa_estimator.filter.uncertainty import CoefficientUncertainty, assess_uncertainty, coefficient_uncertainty
 from vsa_estimator.force_law.damper import peak_speed
 from vsa_estimator.force_law.elastic import ln_stiffness_ratio
@@ -43,14 +42,11 @@ class Tracker:
     def __init__(self, initial: Initial, rate: float) -> None:
         """`initial` coefficients with standard deviations; `rate` of the filter [Hz]."""
         self._initial = initial
-        self.state = np.zeros(1, FILTER_STATE)
+        self.state = initial_state()
         self._set_views()
         self.reference = 0.0  # of the stiffness state s [m]
         self.excitation = initial_excitation()
-        self.deflection_monitor = np.zeros(1, MONITOR)
-        self.force_monitor = np.zeros(1, MONITOR)
-        self.deflection_monitor["variance"] = self.force_monitor["variance"] = 1.0
-        self.state["uncertainty"]["position_scale"] = self.state["uncertainty"]["velocity_scale"] = 1.0
+        self.deflection_monitor, self.force_monitor = initial_monitor(), initial_monitor()
         self._nis_test = NisTest(rate)
         self._uncertainty = coefficient_uncertainty(self.state)
         self._uncertainty_outdated = True
@@ -64,8 +60,6 @@ class Tracker:
     def _set_views(self) -> None:
         self.z, self.p = self.state["mean"][0], self.state["covariance"][0]
         self.friction_bias = self.state["friction_bias"][0]
-
-    # Start and resets
 
     def start(self, deflection: float, measured_force: float, deflection_variance: float) -> None:
         """Start at a deflection [m], which becomes the reference, with the initial coefficients."""
@@ -91,10 +85,7 @@ class Tracker:
         """Set the coefficients to the initial ones, the stiffness from the present force [N] by eq. (3)."""
         self._uncertainty_outdated = True
         mean, covariance = initial_coefficients(self._initial, measured_force, self.z[Z.X] - self.reference)
-        self.z[3:] = mean
-        self.p[3:] = 0.0
-        self.p[:, 3:] = 0.0
-        self.p[3:, 3:] = covariance
+        self._write_coefficients(mean, covariance)
         self.friction_bias[3:] = 0.0
         self.reset_matching()
         self.reset_nis_test()
@@ -102,10 +93,13 @@ class Tracker:
     def set_coefficients(self, mean: Array, covariance: Array) -> None:
         """Set the coefficients [s k2 d1 d2 M F0 d0] (7) with their covariance (7 x 7)."""
         self._uncertainty_outdated = True
-        self.z[3:] = mean
+        self._write_coefficients(mean, covariance)
         self.z[Z.K2] = max(self.z[Z.K2], MIN_K2)
         self.z[Z.D1] = max(self.z[Z.D1], MIN_D1)
         self.z[Z.D0] = max(self.z[Z.D0], MIN_INITIAL_COULOMB)
+
+    def _write_coefficients(self, mean: Array, covariance: Array) -> None:
+        self.z[3:] = mean
         self.p[3:, :3] = 0.0
         self.p[:3, 3:] = 0.0
         self.p[3:, 3:] = covariance
@@ -130,8 +124,6 @@ class Tracker:
     def reset_nis_test(self) -> None:
         """Start a new window of innovations."""
         self._nis_test.reset()
-
-    # Prediction and updates
 
     def predict(self, dt: float, jerk_density: float) -> None:
         """Predict by dt [s] with white jerk [m^2/s^5]."""
@@ -170,8 +162,6 @@ class Tracker:
             self._uncertainty = coefficient_uncertainty(self.state)
             self._uncertainty_outdated = False
 
-    # Tests
-
     def is_outlier(self, measured: float, variance: float) -> bool:
         """Whether a deflection [m] is beyond the soft gate."""
         return bool((measured - self.z[Z.X]) ** 2 > SOFT_GATE * (float(self.p[Z.X, Z.X]) + variance))
@@ -181,10 +171,10 @@ class Tracker:
         return bool(offset * offset < HARD_GATE * (float(self.p[Z.X, Z.X]) + variance))
 
     def cross_check_failed(self, mean: Array, covariance: Array, acceleration: float, force_noise_std: float) -> bool:
-        """Whether a regression refutes the coefficients, by the Mahalanobis distance without the mass.
+        """Whether a regression's coefficients are inconsistent with the filter's (Mahalanobis distance, without M).
 
         An inertial force above the noise, at the data's `acceleration` [m/s^2] or at that of the recent motion, biases
-        the regression: the check then passes. The mass itself is compared with nothing but its initial value.
+        the regression: the check then passes. Below it the regression has no information on M.
         """
         acceleration = max(acceleration, math.sqrt(max(float(self.excitation["acceleration_square"][0]), 0.0)))
         if self._max_mass * acceleration > MAX_CROSS_CHECK_INERTIA * force_noise_std:
@@ -197,8 +187,6 @@ class Tracker:
     def nis_test_failed(self) -> bool:
         """Whether the coefficients do not explain the forces of the last NIS_WINDOW."""
         return self._nis_test.failed
-
-    # Queries
 
     @property
     def speed(self) -> float:

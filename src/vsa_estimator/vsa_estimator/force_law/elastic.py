@@ -66,7 +66,7 @@ def compliance_at_reference(s: float) -> float:
     return float(np.exp(-s))
 
 
-def growth(k2: Array, dx: Array) -> Array:
+def relative_stiffness(k2: Array, dx: Array) -> Array:
     """Stiffness relative to that at the reference, exp(k2 dx), elementwise with broadcasting; limited."""
     return np.asarray(np.exp(np.clip(k2 * dx, MIN_LN_GROWTH, MAX_LN_GROWTH)))
 

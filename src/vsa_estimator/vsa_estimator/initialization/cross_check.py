@@ -1,6 +1,6 @@
 """When the filter's coefficients are cross-checked by a regression over the same data."""
 
-from vsa_estimator.tuning.supervisor import FIRST_CROSS_CHECK_NS, MAX_CROSS_CHECK_NS
+from vsa_estimator.tuning.initialization import FIRST_CROSS_CHECK_NS, MAX_CROSS_CHECK_NS
 
 
 class CrossCheckSchedule:

@@ -3,6 +3,7 @@
 import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.force_law.damper import peak_speed
+from vsa_estimator.force_law.elastic import relative_stiffness
 from vsa_estimator.initialization.design import whitened_design
 from vsa_estimator.initialization.least_squares import Solution, solve
 from vsa_estimator.initialization.posterior import Fit, Prior
@@ -52,7 +53,7 @@ class HypothesisGrid:
         """
         self._ln_k2 = self._next_ln_k2
         k2 = np.exp(self._ln_k2)
-        growth = np.exp(np.clip(k2[:, None] * self._noisy.dx, -30.0, 12.0))
+        growth = relative_stiffness(k2[:, None], self._noisy.dx)
         yield
         design, drawn, force = yield from whitened_design(self._noisy, self._row_covariance, k2, growth, self._speed)
         self._solution = yield from solve(self._prior, design, drawn, force)

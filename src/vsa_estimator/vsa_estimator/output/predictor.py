@@ -68,7 +68,7 @@ def predict_into(
     `state`: (1,) FILTER_STATE; `snapshot`: (1,) SNAPSHOT, whose position inflation a `deflection` [m] updates unless
     it is NaN; `condition`: bits of Condition.
     """
-    now, z, p, out = snapshot[0], state[0]["mean"], state[0]["covariance"], row[0]
+    now = snapshot[0]
     prediction = np.empty(1, PREDICTION)
     ahead = min(max((instant_ns - now["step_ns"]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
     predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
@@ -78,23 +78,30 @@ def predict_into(
         inflate_position(snapshot, deflection - predicted["deflection"], position_variance)
     if now["position_inflation"] > 0.0:
         position_variance += now["position_inflation"]
-        by_x = ln_stiffness_gradient(z[K2], 0.0)[0]
+        by_x = ln_stiffness_gradient(state[0]["mean"][K2], 0.0)[0]
         ln_variance += by_x * by_x * now["position_inflation"]
+    write_motion(row, prediction, position_variance, condition & ALIVE > 0)
+    write_impedance(row, prediction, ln_variance)
+    write_validity(row, state, snapshot, stamp_ns, condition, ln_variance, predicted["peak_speed"])
+
+
+@compiled
+def write_validity(
+    row: Record, state: Record, snapshot: Record, stamp_ns: int, condition: int, ln_variance: float, peak_speed: float
+) -> None:
+    """Write validity of force, stiffness, damping and inertia, and the status, into a (1,) ROW with its values."""
+    now, out = snapshot[0], row[0]
+    d1, d1_variance = state[0]["mean"][D1], state[0]["covariance"][D1, D1]
     alive, initialized = condition & ALIVE > 0, now["initialized"]
     degraded = now["suspended"] or stamp_ns < now["fault_until_ns"]
     usable = alive and not (now["suspended"] or condition & ENCODER_FAULT > 0)
-    separated = initialized or p[D1, D1] < (MAX_SEPARATION_STD * z[D1]) ** 2
+    separated = initialized or d1_variance < (MAX_SEPARATION_STD * d1) ** 2
     stiffness_valid = usable and separated and ln_variance < MAX_STIFFNESS_STD * MAX_STIFFNESS_STD
-    tolerance = MAX_DAMPING_STD * max(abs(predicted["damping"]), MIN_DAMPING_SCALE * z[D1])
-    damping_valid = usable and initialized and predicted["damping_variance"] < tolerance * tolerance
-    write_motion(row, prediction, position_variance, alive)
+    tolerance = MAX_DAMPING_STD * max(abs(out["damping"]), MIN_DAMPING_SCALE * d1)
+    damping_valid = usable and initialized and out["damping_variance"] < tolerance * tolerance
     out["force_valid"] = alive and not degraded
-    stiffness = predicted["stiffness"]
-    out["stiffness"], out["stiffness_variance"] = stiffness, stiffness * stiffness * ln_variance
     out["stiffness_valid"] = stiffness_valid
-    out["damping"], out["damping_variance"] = predicted["damping"], predicted["damping_variance"]
-    out["damping_valid"] = damping_valid and abs(predicted["velocity"]) < MAX_SPEED_SHARE * predicted["peak_speed"]
-    out["inertia"], out["inertia_variance"] = predicted["inertia"], predicted["inertia_variance"]
+    out["damping_valid"] = damping_valid and abs(out["velocity"]) < MAX_SPEED_SHARE * peak_speed
     out["inertia_valid"] = usable and now["inertia_observable"]
     if condition & STALE:
         out["status"] = _STALE
@@ -105,16 +112,26 @@ def predict_into(
 
 
 @compiled
+def write_impedance(row: Record, prediction: Record, ln_variance: float) -> None:
+    """Write stiffness, damping and inertia with variances and covariances of a (1,) PREDICTION into a (1,) ROW."""
+    out, predicted = row[0], prediction[0]
+    stiffness = predicted["stiffness"]
+    out["stiffness"], out["stiffness_variance"] = stiffness, stiffness * stiffness * ln_variance
+    out["damping"], out["damping_variance"] = predicted["damping"], predicted["damping_variance"]
+    out["inertia"], out["inertia_variance"] = predicted["inertia"], predicted["inertia_variance"]
+    out["stiffness_damping_covariance"] = predicted["stiffness_damping_covariance"]
+    out["stiffness_inertia_covariance"] = predicted["stiffness_inertia_covariance"]
+    out["damping_inertia_covariance"] = predicted["damping_inertia_covariance"]
+
+
+@compiled
 def write_motion(row: Record, prediction: Record, position_variance: float, valid: bool) -> None:
-    """Write motion and covariances of a (1,) PREDICTION into a (1,) ROW."""
+    """Write the motion of a (1,) PREDICTION into a (1,) ROW."""
     out, predicted = row[0], prediction[0]
     out["deflection"], out["deflection_variance"] = predicted["deflection"], position_variance
     out["velocity"], out["velocity_variance"] = predicted["velocity"], predicted["velocity_variance"]
     out["acceleration"], out["acceleration_variance"] = predicted["acceleration"], predicted["acceleration_variance"]
     out["deflection_valid"] = out["velocity_valid"] = out["acceleration_valid"] = valid
-    out["stiffness_damping_covariance"] = predicted["stiffness_damping_covariance"]
-    out["stiffness_inertia_covariance"] = predicted["stiffness_inertia_covariance"]
-    out["damping_inertia_covariance"] = predicted["damping_inertia_covariance"]
 
 
 @compiled

@@ -130,3 +130,15 @@ LINEARISATION_TIME = _constant(
     "LINEARISATION_TIME", 20.0, "s", 10.0, 40.0,
     "data that last longer permit a linearisation error that grows with the square of their duration", "ablation",
 )  # fmt: skip
+
+# Floors of the regression's standard deviations at hand-over.
+MIN_LN_STIFFNESS_STD = _constant("MIN_LN_STIFFNESS_STD", 1e-3, "1", 1e-4, 1e-2,
+    "floor of the ln stiffness, against a filter that starts too certain", "ablation")  # fmt: skip
+MIN_K2_RELATIVE_STD = _constant("MIN_K2_RELATIVE_STD", 1e-3, "1", 1e-4, 1e-2,
+    "floor of k2, relative", "ablation")  # fmt: skip
+MIN_D1_STD = _constant("MIN_D1_STD", 1.0, "N s/m", 0.1, 10.0, "floor of d1", "ablation")  # fmt: skip
+MIN_D2_STD = _constant("MIN_D2_STD", 1e5, "N s^3/m^3", 1e4, 1e6, "floor of d2", "ablation")  # fmt: skip
+FIRST_CROSS_CHECK_NS = _constant("FIRST_CROSS_CHECK_NS", 8_000_000_000, "ns", 1_000_000_000, 60_000_000_000,
+    "first cross-check of the filter by a regression after hand-over", "ablation")  # fmt: skip
+MAX_CROSS_CHECK_NS = _constant("MAX_CROSS_CHECK_NS", 64_000_000_000, "ns", 8_000_000_000, 600_000_000_000,
+    "longest interval of cross-checks; it doubles from the first on", "ablation")  # fmt: skip

@@ -24,14 +24,3 @@ MANOEUVRE_RATIO = _constant("MANOEUVRE_RATIO", 30.0, "1", 3.0, 300.0,
     "ratio of jerk densities within one step that restarts the innovation covariance matching", "ablation")  # fmt: skip
 INERTIA_NEGLIGIBLE = _constant("INERTIA_NEGLIGIBLE", 0.3, "1", 0.05, 2.0,
     "inertial force over force noise below which the mass is not observable and the jerk floor is the lower one", "ablation")  # fmt: skip
-FIRST_CROSS_CHECK_NS = _constant("FIRST_CROSS_CHECK_NS", 8_000_000_000, "ns", 1_000_000_000, 60_000_000_000,
-    "first cross-check of the filter by a regression after hand-over", "ablation")  # fmt: skip
-MAX_CROSS_CHECK_NS = _constant("MAX_CROSS_CHECK_NS", 64_000_000_000, "ns", 8_000_000_000, 600_000_000_000,
-    "longest interval of cross-checks; it doubles from the first on", "ablation")  # fmt: skip
-# Floors of the regression's standard deviations at hand-over.
-MIN_LN_STIFFNESS_STD = _constant("MIN_LN_STIFFNESS_STD", 1e-3, "1", 1e-4, 1e-2,
-    "floor of the ln stiffness, against a filter that starts too certain", "ablation")  # fmt: skip
-MIN_K2_RELATIVE_STD = _constant("MIN_K2_RELATIVE_STD", 1e-3, "1", 1e-4, 1e-2,
-    "floor of k2, relative", "ablation")  # fmt: skip
-MIN_D1_STD = _constant("MIN_D1_STD", 1.0, "N s/m", 0.1, 10.0, "floor of d1", "ablation")  # fmt: skip
-MIN_D2_STD = _constant("MIN_D2_STD", 1e5, "N s^3/m^3", 1e4, 1e6, "floor of d2", "ablation")  # fmt: skip

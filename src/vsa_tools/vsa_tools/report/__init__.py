@@ -1,4 +1,4 @@
 """Report of a recording. Input: bag, truth.csv. Output: report.html, report.pdf, figures/*.png.
 
-Permitted imports: vsa_common, vsa_estimator.offline, numpy
+Permitted imports: vsa_common, vsa_estimator.offline, vsa_estimator.tuning, numpy
 """
