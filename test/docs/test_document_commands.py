@@ -1,16 +1,16 @@
 """Every command block of README.md and docs/ is run.
 
 A block is a ```bash fence. It runs as it stands, block after block of a document in one folder, and must end with 0,
-unless a comment in the line before it says what cannot be as it stands:
+unless a comment in the line before it states the exception:
 
-    <!-- tested: with ARGUMENTS -->            they are appended: a shorter run
-    <!-- tested: help -->                      takes minutes: each line must be understood, with --help behind it
-    <!-- tested: data FILE -->                 the test lays that recording there before
-    <!-- tested: together until active -->     lines are terminals; ended by Ctrl-C once their nodes are active
-    <!-- tested: together until TEXT, TEXT -->  the same, once each has said its text
-    <!-- tested: beside the rig -->            the simulated rig, at rest, and its driver run meanwhile
-    <!-- tested: elsewhere FILE: WORDS -->     too long, or done already: FILE, which runs, has the block's WORDS
-    <!-- tested: hardware -->                  needs a real bus or an installed ROS: only its syntax is looked at
+    <!-- tested: with ARGUMENTS -->            ARGUMENTS are appended: a shorter run
+    <!-- tested: help -->                      takes minutes: each line runs with --help appended
+    <!-- tested: data FILE -->                 the test writes that recording first
+    <!-- tested: together until active -->     each line is a process; ended by SIGINT once its node is active
+    <!-- tested: together until TEXT, TEXT -->  the same, once each has printed its text
+    <!-- tested: beside the rig -->            with a running driver and the simulated rig at rest
+    <!-- tested: elsewhere FILE: WORDS -->     run by FILE, which has the block's WORDS
+    <!-- tested: hardware -->                  needs a real bus or an installed ROS: only its syntax is checked
 """
 
 import contextlib
@@ -59,10 +59,10 @@ class Block:
 
 def blocks_of(document):
     text = document.read_text()
-    for found in FENCE.finditer(text):
-        line = text.count("\n", 0, found.start("body"))
-        body = textwrap.dedent(found["body"])
-        yield Block(f"{document.relative_to(ROOT)}:{line}", found["language"], found["rule"] or "", body)
+    for match in FENCE.finditer(text):
+        line = text.count("\n", 0, match.start("body"))
+        body = textwrap.dedent(match["body"])
+        yield Block(f"{document.relative_to(ROOT)}:{line}", match["language"], match["rule"] or "", body)
 
 
 BLOCKS = [block for document in DOCUMENTS for block in blocks_of(document)]
@@ -70,7 +70,7 @@ COMMANDS = [block for block in BLOCKS if block.language == "bash"]
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_command_stands_where_it_would_not_be_run(document):
+def test_every_command_is_in_a_tested_block(document):
     rest = FENCE.sub("", document.read_text())
     assert re.findall(r"^(?: {4,}|\t)(?:\./vsa|ros2|export|python|sudo|pip|git|cp) .*$", rest, flags=re.M) == []
     for block in blocks_of(document):
@@ -78,12 +78,12 @@ def test_no_command_stands_where_it_would_not_be_run(document):
         assert block.language != "text" or "./vsa " not in block.body, block.name
 
 
-def test_there_are_commands():
+def test_the_documents_have_commands():
     assert len(COMMANDS) > 15
 
 
 @pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "yaml"], ids=lambda block: block.name)
-def test_every_piece_of_yaml_is_one_that_its_node_takes(block, tmp_path):
+def test_every_yaml_block_has_valid_driver_parameters(block, tmp_path):
     file = tmp_path / "parameters.yaml"
     file.write_text(block.body)
     assert set(yaml.safe_load(block.body)) == {"/**/driver"}
@@ -91,51 +91,51 @@ def test_every_piece_of_yaml_is_one_that_its_node_takes(block, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def corner():
+def domain():
     return claim_domain()
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory, corner):
-    """Where the commands run: the repository as a reader has it, but what they make stays out of it."""
+def folder(tmp_path_factory, domain):
+    """Working folder of the commands: links to the repository, without its outputs."""
     folder = tmp_path_factory.mktemp("reader")
     for name in ("vsa", "src", "examples", "docs"):
         (folder / name).symlink_to(ROOT / name)
     return folder
 
 
-def run(text, folder, corner, limit=240.0):
-    done = subprocess.run(
+def run(text, folder, domain, limit=240.0):
+    result = subprocess.run(
         ["bash", "-c", f"set -e\n{text}"],
         cwd=folder,
-        env=corner.environment(),
+        env=domain.environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         timeout=limit,
         check=False,
     )
-    assert done.returncode == 0, f"{text}\n{done.stdout}"
-    return done.stdout
+    assert result.returncode == 0, f"{text}\n{result.stdout}"
+    return result.stdout
 
 
 @pytest.fixture(scope="module")
-def recorded(folder, corner):
-    """After the README's demo: its bag is what the other commands work on."""
+def recorded(folder, domain):
+    """The folder after the README's demo, whose bag the other commands read."""
     (block,) = (block for block in COMMANDS if block.body.strip() == DEMO)
-    run(f"{block.body.strip()} {block.rule.removeprefix('with ')}", folder, corner)
-    run("cp src/vsa_bringup/config/paper_rig.yaml my_rig.yaml", folder, corner)
+    run(f"{block.body.strip()} {block.rule.removeprefix('with ')}", folder, domain)
+    run("cp src/vsa_bringup/config/paper_rig.yaml my_rig.yaml", folder, domain)
     assert (folder / "vsa_demo" / "report.html").exists()
     return folder
 
 
-def lay(file):
-    """A recording as a reader would have made it."""
+def write_recording(file):
+    """Synthetic recording for `calibrate` or `noise`."""
     random = np.random.default_rng(1)
     stamp = np.arange(0.0, 30.0, 0.01)
     if file.name == "gauge.csv":
-        pull = 60.0 + 55.0 * np.sin(2 * np.pi * stamp / 15.0)
-        columns = {"force": pull / 1.03 + random.normal(0.0, 0.017, stamp.size), "reference": pull}
+        tension = 60.0 + 55.0 * np.sin(2 * np.pi * stamp / 15.0)
+        columns = {"force": tension / 1.03 + random.normal(0.0, 0.017, stamp.size), "reference": tension}
     else:
         deflection = np.round((0.01 + random.normal(0.0, 1e-5, stamp.size)) / 1e-5) * 1e-5
         columns = {"force": 30.0 + random.normal(0.0, 0.017, stamp.size), "deflection": deflection}
@@ -143,15 +143,15 @@ def lay(file):
 
 
 @contextlib.contextmanager
-def terminals(lines, folder, corner):
-    """Each line a terminal of its own, with what it says in a file; they end by Ctrl-C, and end well."""
-    files = [folder / f"said_{i}.txt" for i in range(len(lines))]
+def processes(lines, folder, domain):
+    """A process for each line with its output in a file; SIGINT ends each with exit code 0."""
+    files = [folder / f"output_{i}.txt" for i in range(len(lines))]
     running = []
     for line, file in zip(lines, files, strict=True):
         with file.open("w") as output:
             command = ["bash", "-c", f"exec {line}"]
             running.append(
-                subprocess.Popen(command, cwd=folder, env=corner.environment(), stdout=output, stderr=subprocess.STDOUT)
+                subprocess.Popen(command, cwd=folder, env=domain.environment(), stdout=output, stderr=subprocess.STDOUT)
             )
     try:
         yield list(zip(running, files, strict=True))
@@ -164,8 +164,8 @@ def terminals(lines, folder, corner):
             process.kill()
 
 
-def wait_until_said(texts, running):
-    """Return when each process has said its text."""
+def wait_until_printed(texts, running):
+    """Return when each process has printed its text."""
     end = time.monotonic() + 60.0
     for text, (process, file) in zip(texts, running, strict=True):
         while text not in file.read_text():
@@ -175,10 +175,10 @@ def wait_until_said(texts, running):
 
 
 @contextlib.contextmanager
-def listening(domain):
-    """A node of the test in a ROS domain, and what spins it."""
+def subscriber_node(domain_id):
+    """A node in a ROS domain, and its executor."""
     context = rclpy.Context()
-    rclpy.init(context=context, args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(context=context, args=[], domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("reader", namespace="vsa", context=context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
@@ -189,13 +189,11 @@ def listening(domain):
         rclpy.shutdown(context=context)
 
 
-def wait_until_active(names, domain):
+def wait_until_active(names, domain_id):
     """Return when every node is active."""
-    with listening(domain) as (node, executor):
-        waiting, end = (
-            {name: node.create_client(GetState, f"{name}/get_state") for name in names},
-            time.monotonic() + 60.0,
-        )
+    with subscriber_node(domain_id) as (node, executor):
+        waiting = {name: node.create_client(GetState, f"{name}/get_state") for name in names}
+        end = time.monotonic() + 60.0
         while waiting:
             assert time.monotonic() < end, f"{', '.join(waiting)} not active"
             for name, client in list(waiting.items()):
@@ -206,13 +204,13 @@ def wait_until_active(names, domain):
                         del waiting[name]
 
 
-def wait_for_samples(count, domain):
-    """Return when the driver has published so many forces."""
-    with listening(domain) as (node, executor):
-        heard, end = [], time.monotonic() + 60.0
-        node.create_subscription(WrenchStamped, "transmission_1/force", heard.append, 1000)
-        while len(heard) < count:
-            assert time.monotonic() < end, f"{len(heard)} samples"
+def wait_for_samples(count, domain_id):
+    """Return when the driver has published `count` forces."""
+    with subscriber_node(domain_id) as (node, executor):
+        received, end = [], time.monotonic() + 60.0
+        node.create_subscription(WrenchStamped, "transmission_1/force", received.append, 1000)
+        while len(received) < count:
+            assert time.monotonic() < end, f"{len(received)} samples"
             executor.spin_once(timeout_sec=0.5)
 
 
@@ -224,20 +222,20 @@ def name_of(line):
 
 @pytest.fixture(scope="module")
 def rig():
-    """A corner of its own, in which the simulated rig rests and its driver runs."""
-    corner = claim_domain()
-    bus = ["-p", f"bus.options:=['hop_limit=0','port={corner.bus_port}']"]
+    """A separate domain with the simulated rig at rest and its driver."""
+    domain = claim_domain()
+    bus = ["-p", f"bus.options:=['hop_limit=0','port={domain.bus_port}']"]
     rest = ["-p", "rate_hz:=200", "-p", "profile.kind:=hold", "-p", "torque.amplitudes:=[0.0, 0.0]"]
     nodes = {"rig_simulator": [*rest, *bus], "driver": bus}
     running = [
         subprocess.Popen(
-            [executable("vsa_simulator", name), "--ros-args", "-r", "__ns:=/vsa", *arguments], env=corner.environment()
+            [executable("vsa_simulator", name), "--ros-args", "-r", "__ns:=/vsa", *arguments], env=domain.environment()
         )
         for name, arguments in nodes.items()
     ]
     try:
-        wait_for_samples(300, corner.domain)
-        yield corner
+        wait_for_samples(300, domain.domain)
+        yield domain
     finally:
         for process in running:
             process.send_signal(signal.SIGINT)
@@ -246,7 +244,7 @@ def rig():
 
 
 @pytest.mark.parametrize("block", COMMANDS, ids=lambda block: block.name)
-def test_the_commands_do_what_the_document_says(block, recorded, corner, request):
+def test_the_commands_of_a_block_run(block, recorded, domain, request):
     rule, _, rest = block.rule.partition(" ")
     lines = [line for line in block.body.strip().splitlines() if line.strip() and not line.startswith("#")]
     if rule == "hardware":
@@ -258,17 +256,17 @@ def test_the_commands_do_what_the_document_says(block, recorded, corner, request
         assert words in (ROOT / file).read_text()
     elif rule == "help":
         for line in lines:
-            run(f"{line.partition('#')[0].strip()} --help", recorded, corner)
+            run(f"{line.partition('#')[0].strip()} --help", recorded, domain)
     elif rule == "together":
-        with terminals(lines, recorded, corner) as running:
+        with processes(lines, recorded, domain) as running:
             if rest == "until active":
-                wait_until_active([name_of(line) for line in lines], corner.domain)
+                wait_until_active([name_of(line) for line in lines], domain.domain)
             else:
-                wait_until_said(rest.removeprefix("until ").split(", "), running)
+                wait_until_printed(rest.removeprefix("until ").split(", "), running)
     elif rule == "beside":
         run(block.body, recorded, request.getfixturevalue("rig"))
-    elif block.body.strip() != DEMO:  # that one was run for all of them
+    elif block.body.strip() != DEMO:  # run by the fixture `recorded`
         assert rule in ("", "with", "data"), block.rule
         if rule == "data":
-            lay(recorded / rest)
-        run(block.body.strip() + (f" {rest}" if rule == "with" else ""), recorded, corner)
+            write_recording(recorded / rest)
+        run(block.body.strip() + (f" {rest}" if rule == "with" else ""), recorded, domain)

@@ -1,8 +1,9 @@
-"""The documents are whole: every parameter has its measurement, every link leads somewhere."""
+"""Documents: a measurement for each parameter, links to existing targets, existing modules."""
 
 import importlib
 import re
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 from vsa_common.config.configuration import parameters
@@ -10,6 +11,9 @@ from vsa_tools.reference_tables import NODES
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+CONTRIBUTING = ROOT / "CONTRIBUTING.md"
+MODULE = re.compile(r"`(vsa_[a-z]+(?:\.\w+)+)`")  # or an attribute of one
+FILE = re.compile(r"`(?:src/vsa_[a-z]+/)?(vsa_[a-z]+(?:/\w+)+(?:\.py)?)/?`")  # or a folder
 SECTIONS = {
     "every_node": "Every node",
     "driver": "Driver",
@@ -21,33 +25,35 @@ SECTIONS = {
 }
 
 
-def named_in(section):
-    """Every name that stands in backticks in a section of docs/reference/parameters.md."""
+def section(name):
+    """Text of a section of docs/reference/parameters.md."""
     text = (ROOT / "docs" / "reference" / "parameters.md").read_text()
-    body = text.split(f"\n## {section}\n")[1].split("\n## ")[0]
-    return set(re.findall(r"`([^`]+)`", body))
+    return text.split(f"\n## {name}\n")[1].split("\n## ")[0]
 
 
-@pytest.mark.parametrize("node", NODES)
-def test_every_parameter_has_the_measurement_that_it_comes_from(node):
+def parameter_names(node):
+    """Parameters of a node."""
     module, _, name = NODES[node].rpartition(".")
-    wanted = {parameter.name for parameter in parameters(getattr(importlib.import_module(module), name))}
-    general = {re.sub(r"^transmission_[12]\.", "transmission_N.", name) for name in wanted}
-    assert general - named_in(SECTIONS[node]) == set()
+    return {parameter.name for parameter in parameters(getattr(importlib.import_module(module), name))}
+
+
+def general(names):
+    """Names with `transmission_N` for both transmissions."""
+    return {re.sub(r"^transmission_[12]\.", "transmission_N.", name) for name in names}
 
 
 @pytest.mark.parametrize("node", NODES)
-def test_no_parameter_is_explained_that_no_longer_exists(node):
-    known = set()
-    for config in NODES.values():
-        module, _, name = config.rpartition(".")
-        for parameter in parameters(getattr(importlib.import_module(module), name)):
-            known |= {parameter.name, re.sub(r"^transmission_[12]\.", "transmission_N.", parameter.name)}
-    text = (ROOT / "docs" / "reference" / "parameters.md").read_text()
-    body = text.split(f"\n## {SECTIONS[node]}\n")[1].split("\n## ")[0]
-    rows = [row.split("|")[1] for row in body.splitlines() if row.startswith("| `")]
+def test_every_parameter_has_its_measurement(node):
+    documented = set(re.findall(r"`([^`]+)`", section(SECTIONS[node])))
+    assert general(parameter_names(node)) - documented == set()
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_every_documented_parameter_exists(node):
+    existing = {name for other in NODES for name in parameter_names(other)}
+    rows = [row.split("|")[1] for row in section(SECTIONS[node]).splitlines() if row.startswith("| `")]
     assert rows
-    assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} <= known
+    assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} <= existing | general(existing)
 
 
 def anchors(path):
@@ -55,8 +61,8 @@ def anchors(path):
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_every_link_leads_somewhere(document):
+@pytest.mark.parametrize("document", [*DOCUMENTS, CONTRIBUTING], ids=lambda path: path.name)
+def test_every_link_has_a_target(document):
     for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
         if re.match(r"\w+://", target):
             continue
@@ -67,7 +73,26 @@ def test_every_link_leads_somewhere(document):
             assert anchor in anchors(path), target
 
 
-def test_the_index_names_every_benchmark():
+def test_the_index_lists_every_benchmark():
     index = (ROOT / "docs" / "benchmarks" / "index.md").read_text()
     for document in sorted((ROOT / "docs" / "benchmarks").glob("[!i]*.md")):
         assert f"({document.name})" in index
+
+
+@pytest.mark.parametrize(
+    "document",
+    [path for path in (*DOCUMENTS, CONTRIBUTING) if "decisions" not in path.parts],
+    ids=lambda path: path.name,
+)
+def test_every_module_in_a_document_exists(document):
+    text = document.read_text()
+    for name in MODULE.findall(text):
+        resolve_name(name)  # raises ImportError or AttributeError
+    for name in FILE.findall(text):
+        assert (ROOT / "src" / name.partition("/")[0] / name).exists(), name
+
+
+def test_modules_are_found_in_text():
+    text = "`vsa_joint.node` `vsa_tools.design.spring.ExponentialSpring.force` `vsa_joint/node.py` `vsa_demo/bag/`"
+    assert MODULE.findall(text) == ["vsa_joint.node", "vsa_tools.design.spring.ExponentialSpring.force"]
+    assert FILE.findall(text + " `src/vsa_joint/vsa_joint/node.py`")[::2] == ["vsa_joint/node.py", "vsa_joint/node.py"]

@@ -1,4 +1,4 @@
-"""The controller of examples/, with messages of a joint published by the test."""
+"""The gain-scheduling controller of examples/, with joint messages published by the test."""
 
 import importlib.util
 import math
@@ -64,11 +64,11 @@ def test_gains_are_kept_while_the_estimate_is_invalid_or_imprecise(example, bad)
 
 
 def test_the_running_example_commands_the_equilibrium_for_its_torque():
-    corner = claim_domain()
+    domain = claim_domain()
     command = [sys.executable, str(EXAMPLE), "--ros-args", "-p", "torque:=0.3", "-p", "stiffness:=1.5"]
-    process = subprocess.Popen(command, env=corner.environment(), stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(command, env=domain.environment(), stderr=subprocess.DEVNULL)
     context = rclpy.Context()
-    rclpy.init(context=context, args=[], domain_id=corner.domain, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(context=context, args=[], domain_id=domain.domain, signal_handler_options=SignalHandlerOptions.NO)
     received = []
     try:
         node = rclpy.create_node("joint", namespace="vsa", context=context)

@@ -1,4 +1,4 @@
-"""The controller's example of the README, as a controller would run it."""
+"""The subscriber example of the README, run as a process."""
 
 import os
 import subprocess
@@ -23,11 +23,11 @@ def test_the_readme_shows_the_example():
 
 
 def test_the_example_prints_valid_stiffness_with_its_interval(monkeypatch, tmp_path):
-    corner = claim_domain()
-    for name, value in corner.environment().items():
+    domain = claim_domain()
+    for name, value in domain.environment().items():
         monkeypatch.setenv(name, value)
-    said = tmp_path / "said.txt"
-    with said.open("w") as output:
+    printed = tmp_path / "output.txt"
+    with printed.open("w") as output:
         example = subprocess.Popen([sys.executable, str(EXAMPLE)], stdout=output, env=os.environ)
     context = rclpy.Context()
     rclpy.init(context=context, args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -35,7 +35,7 @@ def test_the_example_prints_valid_stiffness_with_its_interval(monkeypatch, tmp_p
         node = rclpy.create_node("joint", namespace="vsa", context=context)
         publisher = node.create_publisher(JointImpedance, "joint_impedance", 10)
         end = time.monotonic() + 60.0
-        while not said.read_text():
+        while not printed.read_text():
             assert example.poll() is None
             assert time.monotonic() < end
             publisher.publish(JointImpedance(stiffness=1.0, stiffness_valid=False))
@@ -44,4 +44,4 @@ def test_the_example_prints_valid_stiffness_with_its_interval(monkeypatch, tmp_p
     finally:
         example.kill()
         rclpy.shutdown(context=context)
-    assert set(said.read_text().splitlines()) == {"K = 2.500 +- 0.020 N m/rad"}
+    assert set(printed.read_text().splitlines()) == {"K = 2.500 +- 0.020 N m/rad"}

@@ -26,7 +26,7 @@ class Initial:
 
 @dataclass(frozen=True)
 class EstimatorConfig:
-    """What one transmission's estimator has to be told."""
+    """Parameters of the estimator of one transmission."""
 
     formulation: str = choice(
         "force",
@@ -42,19 +42,23 @@ class EstimatorConfig:
     deflection_noise_std: float = quantity(
         1e-5, "m", 1e-9, 1e-2, "white noise of one deflection sample (section VI); adapted within 1/4 to 4 of it"
     )
-    deflection_resolution: float = quantity(1e-5, "m", 0.0, 1e-2, "step of the encoder; 0 for none")
-    force_limit: float = quantity(200.0, "N", 1e-3, 1e6, "where the force sensor saturates; nothing is learnt there")
-    deflection_limit: float = quantity(0.020, "m", 1e-6, 10.0, "where the deflection ends; nothing is learnt there")
+    deflection_resolution: float = quantity(1e-5, "m", 0.0, 1e-2, "quantisation step of the encoder; 0: none")
+    force_limit: float = quantity(
+        200.0, "N", 1e-3, 1e6, "saturation of the force sensor; no coefficient is updated from there on"
+    )
+    deflection_limit: float = quantity(
+        0.020, "m", 1e-6, 10.0, "end of the travel; no coefficient is updated from there on"
+    )
     initial: Initial = group(Initial)
 
     @property
     def quantisation_std(self) -> float:
-        """Standard deviation of what the encoder's steps leave out [m]."""
+        """Standard deviation of the quantisation error of the encoder [m]."""
         return self.deflection_resolution / math.sqrt(12.0)
 
     @property
     def deflection_std(self) -> float:
-        """Of one deflection sample, white noise and quantisation [m]."""
+        """Standard deviation of one deflection sample: white noise and quantisation [m]."""
         return math.hypot(self.deflection_noise_std, self.quantisation_std)
 
 
@@ -62,26 +66,28 @@ class EstimatorConfig:
 class FlightRecorderConfig:
     """Samples around an event, for `replay`."""
 
-    folder: str = string("", "a reset or a complaint writes the samples around it here, as CSV; empty for none")
-    samples: int = quantity(30_000, "", 100, 1_000_000, "kept for it: 30 s at 1 kHz, in 24 bytes each")
-    after: float = quantity(5.0, "s", 1.0, 60.0, "of them so long after the event")
-    files: int = quantity(20, "", 1, 10_000, "of one transmission that are kept; the oldest go")
+    folder: str = string("", "folder of the CSV files with the samples around a reset or a reported fault; empty: none")
+    samples: int = quantity(30_000, "", 100, 1_000_000, "samples kept in memory: 30 s at 1 kHz, 24 bytes each")
+    after: float = quantity(5.0, "s", 1.0, 60.0, "duration recorded after the event")
+    files: int = quantity(20, "", 1, 10_000, "files kept for one transmission; the oldest are deleted")
 
 
 @dataclass(frozen=True)
 class NodeConfig(EstimatorConfig):
-    """What the estimator node has to be told besides."""
+    """Parameters of the estimator node."""
 
-    transmission: str = string("transmission_1", "which transmission: the first part of its topics, and the frame_id")
+    transmission: str = string(
+        "transmission_1", "transmission to estimate: first part of its topic names, and frame_id"
+    )
     state_rate: float = quantity(50.0, "Hz", 0.1, 1000.0, "rate of estimator_state")
     pairing_tolerance: float = quantity(
-        0.0, "s", 0.0, 0.1, "how far the stamps of force and encoder of one sample may be apart"
+        0.0, "s", 0.0, 0.1, "greatest difference between the stamps of force and encoder of one sample"
     )
     reorder_window: float = quantity(
-        0.1, "s", 0.0, 1.0, "by how much one sensor may pass a stamp that the other had before that is given up"
+        0.1, "s", 0.0, 1.0, "delay of one sensor behind the other after which an unpaired stamp is dropped"
     )
-    future_tolerance: float = quantity(0.1, "s", 0.0, 10.0, "stamps further ahead of the clock are refused")
+    future_tolerance: float = quantity(0.1, "s", 0.0, 10.0, "stamps further ahead of the node's clock are rejected")
     reliability: str = choice(
-        "reliable", ("reliable", "best_effort"), "QoS of the sensor subscriptions; best_effort hears any driver"
+        "reliable", ("reliable", "best_effort"), "QoS of the sensor subscriptions; best_effort matches every publisher"
     )
     flight_recorder: FlightRecorderConfig = group(FlightRecorderConfig)
