@@ -122,7 +122,7 @@ def run(text, folder, domain, limit=240.0):
 @pytest.fixture(scope="module")
 def recorded(folder, domain):
     """The folder after the README's demo, whose bag the other commands read."""
-    (block,) = (block for block in COMMANDS if block.body.strip() == DEMO)
+    block = next(block for block in COMMANDS if block.body.strip() == DEMO)
     run(f"{block.body.strip()} {block.rule.removeprefix('with ')}", folder, domain)
     run("cp src/vsa_bringup/config/paper_rig.yaml my_rig.yaml", folder, domain)
     assert (folder / "vsa_demo" / "report.html").exists()
