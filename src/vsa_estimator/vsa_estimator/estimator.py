@@ -68,10 +68,11 @@ class Estimator:
         outcome, predicted = process_sample(
             self._pipeline.state, self._supervisor.tracker.state, self._snapshot, stamp_ns, force, deflection
         )
-        if outcome[0] != FAST_PATH:
+        result, _, instant_ns, _ = outcome
+        if result != FAST_PATH:
             return self._handle(outcome, (stamp_ns, force, deflection))
         self._supervisor.set_encoder_fault(False)
-        return self._accept(stamp_ns, outcome[2], force, predicted)
+        return self._accept(stamp_ns, instant_ns, force, predicted)
 
     def add_many(self, stamp_ns: Integers, force: Array, deflection: Array) -> Record:
         """`add` each sample of arrays (n,): (n,) ROW, NaN for dropped samples; the same values to the bit."""
@@ -213,12 +214,13 @@ class Estimator:
         supervisor, tracker = self._supervisor, self._supervisor.tracker
         tracker.update_uncertainty()
         self._force_variance = supervisor.noise.force.std**2
-        known = tracker.uncertainty
+        coefficients = tracker.uncertainty
         self._constants = (
-            supervisor.counters.resets, supervisor.counters.reset_reason, known.k2, known.k2_variance,
-            known.d2, known.d2_variance, known.force_offset, known.coulomb_friction,
+            supervisor.counters.resets, supervisor.counters.reset_reason,
+            coefficients.k2, coefficients.k2_variance, coefficients.d2, coefficients.d2_variance,
+            coefficients.force_offset, coefficients.coulomb_friction,
         )  # fmt: skip
-        self._snapshot["published"] = (
+        self._snapshot["published"][0] = (
             not supervisor.hand_over.is_running, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
             supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, *self._constants,

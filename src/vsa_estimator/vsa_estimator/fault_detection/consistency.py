@@ -11,6 +11,7 @@ from typing import NamedTuple
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.force_law.state import C
 from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.tuning.fault_detection import (
@@ -82,7 +83,7 @@ class ConsistencyMonitor:
         """Coefficients for an encoder that reads `shift` [m] more; its variance [m^2] widens the stiffness."""
         checkpoint = self._parity.checkpoint or _present(tracker)
         covariance = checkpoint.covariance.copy()
-        covariance[0, 0] += checkpoint.mean[1] ** 2 * variance
+        covariance[C.S, C.S] += checkpoint.mean[C.K2] ** 2 * variance
         return self._replace(checkpoint._replace(covariance=covariance, reference=checkpoint.reference + shift))
 
     def evaluate(
@@ -139,8 +140,8 @@ class ConsistencyMonitor:
     def _shift_force_offset(self, tracker: Tracker, shift: float, variance: float) -> Coefficients:
         checkpoint = self._parity.checkpoint or _present(tracker)
         mean, covariance = checkpoint.mean.copy(), checkpoint.covariance.copy()
-        mean[5] += shift
-        covariance[5, 5] += variance
+        mean[C.F0] += shift
+        covariance[C.F0, C.F0] += variance
         return self._replace(checkpoint._replace(mean=mean, covariance=covariance))
 
     def _replace(self, coefficients: Coefficients) -> Coefficients:

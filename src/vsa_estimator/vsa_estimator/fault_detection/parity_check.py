@@ -13,6 +13,7 @@ import numpy as np
 from vsa_common.types import Array, Booleans
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, evaluate_windows, residuals
 from vsa_estimator.force_law.elastic import deflection_shift
+from vsa_estimator.force_law.state import C
 from vsa_estimator.tuning.fault_detection import (
     CONSISTENT_SHARE,
     EVALUATION_PERIOD,
@@ -63,6 +64,11 @@ class RowBuffer:
         """The steps (3, n), oldest first; valid until the next `append`."""
         return self._buffer[:, self._begin : self._end]
 
+    @property
+    def deflection(self) -> Array:
+        """Deflections of the steps (n,) [m]."""
+        return self.view[1]
+
     def append(self, time: float, deflection: float, force: float) -> None:
         """Add a step."""
         if self._end == 2 * self._capacity:
@@ -110,14 +116,14 @@ class ParityCheck:
     def keep(self, coefficients: Coefficients) -> None:
         """Add a checkpoint; the sensors are compared with the older one of two."""
         self._checkpoints.append(coefficients)
-        positions = self._rows.view[1].tolist()
-        self._travel = min((self._travel[0], *positions)), max((self._travel[1], *positions))
+        positions, (low, high) = self._rows.deflection.tolist(), self._travel
+        self._travel = min((low, *positions)), max((high, *positions))
 
     def replace(self, coefficients: Coefficients) -> None:
         """Make these coefficients the only checkpoint."""
         if self._checkpoints:
-            shift = coefficients.reference - self._checkpoints[0].reference
-            self._travel = self._travel[0] + shift, self._travel[1] + shift
+            shift, (low, high) = coefficients.reference - self._checkpoints[0].reference, self._travel
+            self._travel = low + shift, high + shift
         self._checkpoints.clear()
         self.keep(coefficients)
 
@@ -142,9 +148,9 @@ class ParityCheck:
     def is_insensitive(self) -> bool:
         """Whether the checkpoint is too uncertain at this position to expose a fault."""
         scale, (low, high) = math.sqrt(self._scale_squares[DECISION_WINDOW]), self._travel
-        margin = EXTRAPOLATION_MARGIN / float(self._checkpoints[0].mean[1])
+        margin = EXTRAPOLATION_MARGIN / float(self._checkpoints[0].mean[C.K2])
         uncertain = self._model_std > INSENSITIVE_RATIO * scale or scale > MAX_SCALE
-        return uncertain or not low - margin < float(self._rows.view[1, -1]) < high + margin
+        return uncertain or not low - margin < float(self._rows.deflection[-1]) < high + margin
 
     @property
     def no_evidence(self) -> bool:
@@ -182,7 +188,7 @@ class ParityCheck:
         time, residual, stiffness, moving, *_ = residuals(self._rows.view, checkpoint.mean, checkpoint.reference)
         if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_MOVING_SHARE:
             return None
-        return self._isolate(residual, stiffness, moving, float(checkpoint.mean[1]))
+        return self._isolate(residual, stiffness, moving, float(checkpoint.mean[C.K2]))
 
     def _isolate(self, residual: Array, stiffness: Array, moving: Booleans, k2: float) -> SensorShift | None:
         """The likelier hypothesis: a constant force, or a residual in proportion to the stiffness."""

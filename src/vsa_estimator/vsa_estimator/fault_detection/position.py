@@ -45,11 +45,11 @@ class PositionMonitor:
         self, tracker: Tracker, jerk: JerkDensity, block: Decimated, variance: float, initialized: bool
     ) -> PositionUpdate:
         """Update the filter by the deflection of a block with this noise `variance` [m^2]."""
-        offset = block.deflection - float(tracker.z[0])
+        offset = block.deflection - tracker.position
         repeated = initialized and self._offsets.is_repeated(offset)
         if not repeated and tracker.update_deflection(block.deflection, variance):
             return self._accept(block)
-        predicted = tracker.predicted_force(float(tracker.z[0])) if block.forces else math.nan
+        predicted = tracker.predicted_force(tracker.position) if block.forces else math.nan
         self._offsets.reject(block.deflection, offset, block.force - predicted)
         since = (block.stamp_ns - self._accepted_ns) * 1e-9
         onset = self._offsets.is_motion_onset
@@ -84,7 +84,7 @@ class PositionMonitor:
 
     def _supported_by_force(self, tracker: Tracker) -> bool:
         """Whether the force agrees with the predicted position, and not with the offset."""
-        position = float(tracker.z[0])
+        position = tracker.position
         moved = tracker.predicted_force(position + self._offsets.size)
         return self._offsets.supported_by_force(moved - tracker.predicted_force(position))
 

@@ -6,6 +6,7 @@ from vsa_common.types import Array, Booleans
 from vsa_estimator.force_law.damper import clip_speed, peak_speed
 from vsa_estimator.force_law.elastic import elastic_force, elastic_gradient, stiffness
 from vsa_estimator.force_law.friction import smoothed_sign
+from vsa_estimator.force_law.state import C_D0, C_D1, C_D2, C_F0, C_K2, C_M, C_S, COEFFICIENTS
 from vsa_estimator.tuning.fault_detection import (
     EVALUATION_PERIOD,
     MAX_DAMPER_ERROR,
@@ -29,7 +30,7 @@ def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array,
     (m,), whether the rod moves (m,), the motion x, v, a (3, m), and the times of all finite residuals. The damper holds
     its greatest force beyond v*.
     """
-    time, deflection, force = rows[0], rows[1], rows[2]
+    time, deflection, force = rows
     half = max(1, round(0.5 * VELOCITY_BASELINE * (time.size - 1) / (time[-1] - time[0])))
     count = max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
@@ -114,18 +115,18 @@ def mean_residual(
 @compiled
 def model_force_std(mean: Array, covariance: Array, reference: float, motion: Array, first: int) -> float:
     """Standard deviation [N] of the mean model force from row `first` on by the coefficients' covariance (7, 7)."""
-    gradient = np.zeros(7)
+    s, k2, gradient = mean[C_S], mean[C_K2], np.zeros(COEFFICIENTS)
     for i in range(first, motion.shape[1]):
         x, v, a = motion[:, i]
         dx = x - reference
-        _, by_s, by_k2 = elastic_gradient(stiffness(mean[0], mean[1], dx), mean[1], dx)
-        gradient[0] += by_s
-        gradient[1] += by_k2
-        gradient[2] += v
-        gradient[3] += v**3
-        gradient[4] += a
-        gradient[5] += 1.0
-        gradient[6] += smoothed_sign(v, COULOMB_SPEED)
+        _, by_s, by_k2 = elastic_gradient(stiffness(s, k2, dx), k2, dx)
+        gradient[C_S] += by_s
+        gradient[C_K2] += by_k2
+        gradient[C_D1] += v
+        gradient[C_D2] += v**3
+        gradient[C_M] += a
+        gradient[C_F0] += 1.0
+        gradient[C_D0] += smoothed_sign(v, COULOMB_SPEED)
     gradient /= motion.shape[1] - first
     return float(np.sqrt(max(float(gradient @ covariance @ gradient), 0.0)))
 
@@ -137,7 +138,7 @@ def evaluate_windows(rows: Array, mean: Array, covariance: Array, reference: flo
     Returns `model_force_std` over the DECISION_WINDOW, NaN where it has too few rows.
     """
     time, residual, _, moving, motion, finite = residuals(rows, mean, reference)
-    friction, std = STICTION_RATIO * mean[6], np.nan
+    friction, std = STICTION_RATIO * mean[C_D0], np.nan
     for index in range(len(WINDOWS)):
         first, average = mean_residual(time, residual, moving, finite, friction, WINDOWS[index])
         means[index] = average if first >= 0 else np.nan

@@ -3,6 +3,7 @@
 import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.force_law.elastic import s_covariance, s_from_force
+from vsa_estimator.force_law.state import C
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import MIN_ELASTIC_FORCE
 
@@ -21,5 +22,5 @@ def initial_coefficients(initial: Initial, force: float, dx: float) -> tuple[Arr
         s_variance, k2_variance, initial.d1_std**2, initial.d2_std**2, initial.inertia_std**2,
         initial.force_offset_std**2, initial.coulomb_friction_std**2,
     ])  # fmt: skip
-    covariance[0, 1] = covariance[1, 0] = s_k2_covariance
+    covariance[C.S, C.K2] = covariance[C.K2, C.S] = s_k2_covariance
     return mean, covariance

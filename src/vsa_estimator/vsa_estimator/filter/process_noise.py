@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.force_law.state import A, V, X
 from vsa_estimator.tuning.filter import (
     BANK_NIS_CAP,
     INITIAL_ACCELERATION_STD,
@@ -23,18 +24,19 @@ from vsa_estimator.tuning.filter import (
 
 CANDIDATES: Array = np.logspace(-8.0, 1.0, 19).astype(np.float64)  # [m^2/s^5]
 PARAMETER_DRIFT = np.array(PARAMETER_PROCESS_NOISE)
+PXX, PXV, PXA, PVV, PVA, PAA = range(3, 9)  # rows of the bank: covariance of x, v, a behind these
 
 
 @compiled
 def add_jerk_process_noise(p: Array, dt: float, jerk_density: float) -> None:
     """Add the noise of white jerk over dt [s] to the upper triangle of the covariance."""
     q = jerk_density
-    p[0, 0] += q * dt**5 / 20.0
-    p[0, 1] += q * dt**4 / 8.0
-    p[0, 2] += q * dt**3 / 6.0
-    p[1, 1] += q * dt**3 / 3.0
-    p[1, 2] += q * dt**2 / 2.0
-    p[2, 2] += q * dt
+    p[X, X] += q * dt**5 / 20.0
+    p[X, V] += q * dt**4 / 8.0
+    p[X, A] += q * dt**3 / 6.0
+    p[V, V] += q * dt**3 / 3.0
+    p[V, A] += q * dt**2 / 2.0
+    p[A, A] += q * dt
 
 
 @compiled
@@ -50,7 +52,7 @@ def advance_bank(
 ) -> None:
     """One step of all filters of the bank; the log likelihoods of the innovations add up.
 
-    `bank` (9, 19) has rows x, v, a, pxx, pxv, pxa, pvv, pva, paa; `density` and `likelihood` are (19,).
+    `bank` (9, 19) has the rows X to PAA; `density` and `likelihood` are (19,).
     """
     half = 0.5 * dt * dt
     for i in range(density.size):
@@ -70,15 +72,15 @@ def advance_bank(
         innovation = measured - x
         likelihood[i] -= 0.5 * (np.log(variance) + min(innovation * innovation / variance, BANK_NIS_CAP))
         gx, gv, ga = pxx / variance, sxv / variance, sxa / variance
-        bank[0, i] = x + gx * innovation
-        bank[1, i] = v + gv * innovation
-        bank[2, i] = a + ga * innovation
-        bank[3, i] = pxx - gx * pxx
-        bank[4, i] = sxv - gx * sxv
-        bank[5, i] = sxa - gx * sxa
-        bank[6, i] = svv - gv * sxv
-        bank[7, i] = sva - gv * sxa
-        bank[8, i] = paa - ga * sxa
+        bank[X, i] = x + gx * innovation
+        bank[V, i] = v + gv * innovation
+        bank[A, i] = a + ga * innovation
+        bank[PXX, i] = pxx - gx * pxx
+        bank[PXV, i] = sxv - gx * sxv
+        bank[PXA, i] = sxa - gx * sxa
+        bank[PVV, i] = svv - gv * sxv
+        bank[PVA, i] = sva - gv * sxa
+        bank[PAA, i] = paa - ga * sxa
 
 
 class JerkDensity:
@@ -88,7 +90,7 @@ class JerkDensity:
         """A window is the time between two calls of `refresh`; likelihoods reach back over `windows` of them."""
         self.density = INITIAL_JERK_DENSITY  # for the filter [m^2/s^5]
         self.ml_estimate = INITIAL_JERK_DENSITY  # of the encoder alone [m^2/s^5]
-        self._bank: Array = np.zeros((9, CANDIDATES.size))
+        self._bank: Array = np.zeros((PAA + 1, CANDIDATES.size))
         self._likelihood = np.zeros(CANDIDATES.size)
         self._recent: deque[Array] = deque(maxlen=windows)
         self._started = False
@@ -116,10 +118,10 @@ class JerkDensity:
     def restart(self, measured: float, noise_variance: float) -> None:
         """Reset the bank to a position [m]: at the first sample, after a gap, after an encoder step."""
         self._bank[:] = 0.0
-        self._bank[0] = measured
-        self._bank[3] = noise_variance
-        self._bank[6] = INITIAL_SPEED_STD**2
-        self._bank[8] = INITIAL_ACCELERATION_STD**2
+        self._bank[X] = measured
+        self._bank[PXX] = noise_variance
+        self._bank[PVV] = INITIAL_SPEED_STD**2
+        self._bank[PAA] = INITIAL_ACCELERATION_STD**2
         self._started = True
 
     def refresh(self, minimum: float = MIN_JERK_DENSITY_WITH_INERTIA) -> float:

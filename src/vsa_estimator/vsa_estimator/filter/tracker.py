@@ -71,8 +71,7 @@ class Tracker:
         """Set the position [m]; velocity and acceleration become unknown, the coefficients stay."""
         self._uncertainty_outdated = True
         self.z[:3] = deflection, 0.0, 0.0
-        self.p[:3] = 0.0
-        self.p[:, :3] = 0.0
+        self.p[:3] = self.p[:, :3] = 0.0
         self.friction_bias[:3] = 0.0
         self.p[Z.X, Z.X] = INITIAL_POSITION_STD_RATIO**2 * deflection_variance
         self.p[Z.V, Z.V] = INITIAL_SPEED_STD**2
@@ -189,6 +188,11 @@ class Tracker:
         return self._nis_test.failed
 
     @property
+    def position(self) -> float:
+        """Deflection [m]."""
+        return float(self.z[Z.X])
+
+    @property
     def speed(self) -> float:
         """Deflection rate [m/s]."""
         return float(self.z[Z.V])
@@ -206,8 +210,8 @@ class Tracker:
     @property
     def deflection_nis(self) -> float:
         """Normalised innovation squared of the last deflection."""
-        monitor = self.deflection_monitor[0]
-        return float(monitor["innovation"] ** 2 / monitor["variance"])
+        innovation = float(self.deflection_monitor["innovation"][0])
+        return innovation**2 / float(self.deflection_monitor["variance"][0])
 
     @property
     def stroke(self) -> float:

@@ -22,5 +22,19 @@ class Z(IntEnum):
     D0 = 9  # Coulomb friction [N]
 
 
+class C(IntEnum):
+    """Index into the coefficients [s k2 d1 d2 M F0 d0], the filter state without the motion, and their covariance."""
+
+    S = 0
+    K2 = 1
+    D1 = 2
+    D2 = 3
+    M = 4
+    F0 = 5
+    D0 = 6
+
+
 SIZE = 10
+COEFFICIENTS = len(C)
 X, V, A, S, K2, D1, D2, M, F0, D0 = (index.value for index in Z)  # numba does not index with an IntEnum
+C_S, C_K2, C_D1, C_D2, C_M, C_F0, C_D0 = (index.value for index in C)

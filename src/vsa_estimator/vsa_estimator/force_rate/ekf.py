@@ -11,16 +11,15 @@ from enum import IntEnum
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 from vsa_common.types import Array
+from vsa_estimator.tuning.filter import HARD_GATE, SOFT_GATE
 from vsa_estimator.tuning.force_rate import (
     FRICTION_DRIFT,
-    HARD_GATE,
     MAX_LN_GROWTH,
     NIS_CAP,
     OFFSET_DRIFT,
     OFFSET_NIS_SAMPLES,
     PARAMETER_DRIFT,
     RATE_FILTER,
-    SOFT_GATE,
 )
 
 

@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 from vsa_common.types import Array, ResetReason, Status
+from vsa_estimator.force_law.state import C
 from vsa_estimator.force_rate.ekf import SIZE, R
 from vsa_estimator.output.estimate import Estimate, State
-from vsa_estimator.tuning.force_rate import (
+from vsa_estimator.tuning.output import (
     INVALID_TIME,
     MAX_D2_STD,
     MAX_DAMPING_STD,
+    MAX_FORCE_OFFSET_STD,
     MAX_FRICTION_STD,
     MAX_INERTIA_STD,
     MAX_K2_STD,
-    MAX_OFFSET_STD,
     MAX_STIFFNESS_STD,
-    MIN_DAMPING_SHARE,
+    MIN_DAMPING_SCALE,
     STALE_TIME,
 )
 
@@ -89,8 +90,8 @@ def state_of(snapshot: Snapshot, estimate: Estimate | None, diagnostics: Mapping
     valid = [
         stiffness_valid,
         *(math.sqrt(v) < share * abs(x) for x, v, share in zip(values[1:5], variances[1:5], relative, strict=True)),
-        math.sqrt(variances[5]) < MAX_OFFSET_STD,
-        math.sqrt(variances[6]) < MAX_FRICTION_STD,
+        math.sqrt(variances[C.F0]) < MAX_FORCE_OFFSET_STD,
+        math.sqrt(variances[C.D0]) < MAX_FRICTION_STD,
     ]
     fields: dict[str, Any] = {}
     for name, value, variance, is_valid in zip(names, values, variances, valid, strict=True):
@@ -124,7 +125,7 @@ def _impedance_validity(snapshot: Snapshot, recent: bool) -> tuple[bool, bool, b
     sigma, damping, mass = z[[R.SIGMA, R.D, R.M]]
     std = np.sqrt(np.maximum(np.diag(snapshot.covariance), 0.0))
     undisturbed = recent and snapshot.explained and not snapshot.friction_dominant
-    min_damping = MIN_DAMPING_SHARE * (damping - 3.0 * z[R.D2] * z[R.V] ** 2)
+    min_damping = MIN_DAMPING_SCALE * (damping - 3.0 * z[R.D2] * z[R.V] ** 2)
     return (
         bool(recent and snapshot.explained and std[R.SIGMA] < MAX_STIFFNESS_STD * sigma),
         bool(undisturbed and std[R.D] < MAX_DAMPING_STD * max(abs(damping), min_damping) and damping > min_damping),

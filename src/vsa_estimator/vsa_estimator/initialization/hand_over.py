@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.force_law.state import C
 from vsa_estimator.initialization.cross_check import CrossCheckSchedule
 from vsa_estimator.initialization.posterior import Fit
 from vsa_estimator.initialization.scheduler import Initializer
@@ -95,6 +96,6 @@ class HandOver:
 
 def _with_floor(fit: Fit) -> Array:
     """Covariance of a fit with a least standard deviation of each coefficient that the filter may not exceed."""
-    k2_std = MIN_K2_RELATIVE_STD * fit.mean[1]
+    k2_std = MIN_K2_RELATIVE_STD * fit.mean[C.K2]
     floor = np.array([MIN_LN_STIFFNESS_STD**2, k2_std**2, MIN_D1_STD**2, MIN_D2_STD**2, 0.0, 0.0, 0.0])
     return np.asarray(fit.covariance + np.diag(floor))

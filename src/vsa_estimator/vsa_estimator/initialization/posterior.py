@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from vsa_common.types import Array
+from vsa_estimator.force_law.state import C
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.initialization import INCONSISTENCY_DECAY, MAX_STEP_STDS
 
@@ -59,7 +60,7 @@ class Fit:
         step = self.mean - previous.mean
         is_inconsistent = np.any(np.abs(step[:2]) > MAX_STEP_STDS * np.sqrt(np.diag(previous.covariance)[:2]))
         inconsistency = step if is_inconsistent else INCONSISTENCY_DECAY * previous.inconsistency
-        ln_k2_std = float(np.hypot(self.ln_k2_std, inconsistency[1] / self.mean[1]))
+        ln_k2_std = float(np.hypot(self.ln_k2_std, inconsistency[C.K2] / self.mean[C.K2]))
         covariance = self.covariance + np.outer(inconsistency, inconsistency)
         return replace(self, covariance=covariance, ln_k2_std=ln_k2_std, inconsistency=inconsistency)
 
@@ -70,5 +71,6 @@ def match_moments(fits: Sequence[Fit], weights: Array) -> Fit:
     apart = np.array([fit.mean for fit in fits]) - mean
     covariance = np.einsum("f,fij->ij", weights, [fit.covariance for fit in fits])
     covariance = covariance + np.einsum("f,fi,fj->ij", weights, apart, apart)
-    ln_k2_std = float(np.sqrt(weights @ [fit.ln_k2_std**2 for fit in fits] + weights @ (apart[:, 1] / mean[1]) ** 2))
+    ln_k2_variance = weights @ [fit.ln_k2_std**2 for fit in fits] + weights @ (apart[:, C.K2] / mean[C.K2]) ** 2
+    ln_k2_std = float(np.sqrt(ln_k2_variance))
     return Fit(mean, covariance, ln_k2_std, fits[0].stroke, fits[0].acceleration)

@@ -20,7 +20,8 @@ def regress(
     noisy = NoisyRows.of(rows, reference, force_noise_std, deflection_noise_std)
     if noisy is None:
         return None
-    prior_speed = peak_speed(prior.mean[1], prior.mean[2])
+    _, d1, d2, *_ = prior.mean
+    prior_speed = peak_speed(d1, d2)
     grids = []
     for speed in (prior_speed, SECOND_START_RATIO * prior_speed):
         yield

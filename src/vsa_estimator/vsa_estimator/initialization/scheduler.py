@@ -2,6 +2,7 @@
 
 import numpy as np
 from vsa_common.types import Array
+from vsa_estimator.force_law.state import C
 from vsa_estimator.initialization.posterior import Fit, Prior
 from vsa_estimator.initialization.regression import regress
 from vsa_estimator.initialization.windows import Rows, Slices, smooth
@@ -119,15 +120,15 @@ class Initializer:
 
     def _suffices(self, fit: Fit, force_noise_std: float) -> bool:
         """The linearisation error of a filter that starts from `fit` is small beside the force noise [N]."""
-        exponent = fit.stroke * fit.mean[1]
-        elastic = max(self._max_force - fit.mean[5], 1.0)
+        exponent = fit.stroke * fit.mean[C.K2]
+        elastic = max(self._max_force - fit.mean[C.F0], 1.0)
         error = (fit.ln_k2_std * exponent) ** 2 / 8.0 * elastic
         tolerance = MAX_LINEARISATION_ERROR * force_noise_std * max(1.0, self._duration / LINEARISATION_TIME) ** 2
         return bool(
             error < tolerance
             and fit.ln_k2_std < HANDOVER_LN_K2_STD
-            and fit.covariance[0, 0] < HANDOVER_LN_STIFFNESS_VARIANCE
-            and fit.covariance[2, 2] < (HANDOVER_DAMPING_STD * fit.mean[2]) ** 2
+            and fit.covariance[C.S, C.S] < HANDOVER_LN_STIFFNESS_VARIANCE
+            and fit.covariance[C.D1, C.D1] < (HANDOVER_DAMPING_STD * fit.mean[C.D1]) ** 2
             and exponent > MIN_STROKE
         )
 
@@ -147,4 +148,5 @@ class Initializer:
             data = self._buffer[: self._count].copy()
         else:
             data = np.roll(self._buffer, -(self._count % size), axis=0)
-        return data[:, 0], data[:, 1], data[:, 2]
+        time, deflection, force = data.T
+        return time, deflection, force

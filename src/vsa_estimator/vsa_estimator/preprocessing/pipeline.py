@@ -74,7 +74,7 @@ class Pipeline:
     def _set_views(self) -> None:
         """Views of what every filter step reads: (1,) arrays."""
         decimator, checks = self.state["decimator"], self.state["checks"]
-        self._period_ns, self._span_ns = decimator["period_ns"], decimator["span_ns"]
+        self._decimator, self._period_ns, self._span_ns = decimator, decimator["period_ns"], decimator["span_ns"]
         self._force_ratio, self._deflection_ratio = checks["force_noise"]["ratio"], checks["encoder_noise"]["ratio"]
 
     def reset(self) -> None:
@@ -89,7 +89,7 @@ class Pipeline:
 
     def finished(self, count: int) -> list[Decimated]:
         """The `count` blocks that the last sample has finished."""
-        return finished_blocks(self.state[0]["decimator"], count) if count else []
+        return finished_blocks(self._decimator[0], count) if count else []
 
     @property
     def period_ns(self) -> float:

@@ -1,4 +1,4 @@
-"""Tuned constants of `vsa_estimator.force_rate`."""
+"""Tuned constants of `vsa_estimator.force_rate`; gates are in `tuning.filter`, validity in `tuning.output`."""
 
 from functools import partial
 
@@ -14,18 +14,6 @@ RATE_FILTER = _constant(
     0.38,
     "time constant of the first-order filter of the force rate",
     "derivation: 0.017 N and 0.088 N/s of section VI together",
-)
-SOFT_GATE = _constant(
-    "SOFT_GATE",
-    16.0,
-    "1",
-    8.0,
-    32.0,
-    "NIS above which the measurement noise is inflated (M-estimation)",
-    "as in formulation force",
-)
-HARD_GATE = _constant(
-    "HARD_GATE", 100.0, "1", 50.0, 200.0, "NIS above which a measurement is an outlier", "as in formulation force"
 )
 MAX_LN_GROWTH = _constant(
     "MAX_LN_GROWTH", 1.0, "1", 0.5, 2.0, "bound of the change of ln sigma in one step; larger steps diverge", "ablation"
@@ -64,42 +52,6 @@ JERK_BANDWIDTH = _constant(
     "JERK_BANDWIDTH", 20.0, "rad/s", 10.0, 40.0, "upper bound of the rate at which jerk changes", "ablation"
 )
 GAP = _constant("GAP", 1.0, "s", 0.5, 2.0, "a longer gap of the samples restarts the filter", "ablation")
-STALE_TIME = _constant(
-    "STALE_TIME", 0.05, "s", 0.025, 0.1, "age of the last sample above which the status is STALE", "interface"
-)
-INVALID_TIME = _constant(
-    "INVALID_TIME", 0.1, "s", 0.05, 0.2, "age of the last sample above which nothing is valid", "interface"
-)
-MAX_STIFFNESS_STD = _constant(
-    "MAX_STIFFNESS_STD", 0.1, "1", 0.05, 0.2, "greatest relative standard deviation of a valid stiffness", "interface"
-)
-MAX_DAMPING_STD = _constant(
-    "MAX_DAMPING_STD", 0.15, "1", 0.075, 0.3, "greatest relative standard deviation of a valid damping", "interface"
-)
-MAX_INERTIA_STD = _constant(
-    "MAX_INERTIA_STD", 0.2, "1", 0.1, 0.4, "greatest relative standard deviation of a valid inertia", "interface"
-)
-MAX_D2_STD = _constant(
-    "MAX_D2_STD", 0.25, "1", 0.125, 0.5, "greatest relative standard deviation of a valid d2", "interface"
-)
-MAX_K2_STD = _constant(
-    "MAX_K2_STD", 0.05, "1", 0.025, 0.1, "greatest relative standard deviation of a valid k2", "interface"
-)
-MAX_OFFSET_STD = _constant(
-    "MAX_OFFSET_STD", 1.0, "N", 0.5, 2.0, "greatest standard deviation of a valid force offset", "interface"
-)
-MAX_FRICTION_STD = _constant(
-    "MAX_FRICTION_STD", 0.2, "N", 0.1, 0.4, "greatest standard deviation of a valid Coulomb friction", "interface"
-)
-MIN_DAMPING_SHARE = _constant(
-    "MIN_DAMPING_SHARE",
-    0.2,
-    "1",
-    0.1,
-    0.4,
-    "share of d1 below which the damping is too close to zero for a relative error",
-    "ablation",
-)
 MAX_REVERSAL_STDS = _constant(
     "MAX_REVERSAL_STDS",
     10.0,
