@@ -40,7 +40,8 @@ def test_blocks_of_any_size_give_the_same_rig():
 
 def test_plain_python_equals_the_compiled_code():
     script = (
-        "from vsa_simulator.rig.config import RigConfig, FrictionConfig; from vsa_simulator.rig.rig import Rig;"
+        "from vsa_simulator.rig.config import RigConfig; from vsa_simulator.laws.friction import FrictionConfig;"
+        "from vsa_simulator.rig.rig import Rig;"
         "rig = Rig(RigConfig(rate_hz=2000, friction=FrictionConfig(model='lugre')));"
         "print(*map(repr, rig.advance(12).truth[-1].tolist()))"
     )

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_simulator.rig.config import SensorConfig
+from vsa_simulator.rig.config import SensorConfig, SensorErrorConfig
 from vsa_simulator.rig.dynamics import DEFLECTION, FORCE, JOINT_ANGLE, MOTOR_1, MOTOR_2, SIDE_COLUMNS, TORQUE
+from vsa_simulator.rig.sensor_errors import ForceErrors, encoder_error, oversampling
 
 ENCODER_COUNTS = 1 << 16
 
@@ -31,9 +32,15 @@ class Readings(NamedTuple):
 
 
 class Sensors:
-    """Sensors with their own noise; blocks of any size give the same sequence."""
+    """Sensors with their own noise; blocks of any size give the same sequence.
 
-    def __init__(self, config: SensorConfig, seed: int) -> None:
+    `read` expects `oversampling` rows of truth a sample, the first of them at the sample.
+    """
+
+    def __init__(self, config: SensorConfig, errors: SensorErrorConfig, rate_hz: float, seed: int) -> None:
+        self.oversampling = oversampling(errors, rate_hz)
+        self._error_config = errors
+        self._force_errors = ForceErrors(errors, rate_hz * self.oversampling)
         self._record = np.array([tuple(getattr(config, name) for name in RECORD.names or ())], RECORD)
         self._random = np.random.default_rng(seed)
         self._noise: Array = np.empty((0, _CHANNELS))
@@ -41,10 +48,15 @@ class Sensors:
 
     def read(self, truth: Array) -> Readings:
         """Readings of rows of truth (columns as in `TRUTH`)."""
-        noise = self._draw(len(truth))
-        values = np.empty((len(truth), _CHANNELS))
-        _measure(truth, noise, self._record, values)
-        motors = truth[:, MOTOR_1 : MOTOR_2 + 1]
+        forces = truth[:, [FORCE, FORCE + SIDE_COLUMNS]]
+        forces = self._force_errors.apply(forces, forces[:, ::-1])[:: self.oversampling]
+        samples = truth[:: self.oversampling]
+        deflections = samples[:, [DEFLECTION, DEFLECTION + SIDE_COLUMNS]]
+        deflections += encoder_error(deflections, self._error_config)
+        noise = self._draw(len(samples))
+        values = np.empty((len(samples), _CHANNELS))
+        _measure(samples, np.hstack([forces, deflections]), noise, self._record, values)
+        motors = samples[:, MOTOR_1 : MOTOR_2 + 1]
         return Readings(values[:, 0:2], values[:, 2:4], values[:, _ANGLE], values[:, _TORQUE], motors)
 
     def _draw(self, rows: int) -> Array:
@@ -56,17 +68,17 @@ class Sensors:
 
 
 @compiled
-def _measure(truth: Array, noise: Array, record: NDArray[np.void], values: Array) -> None:
+def _measure(truth: Array, inputs: Array, noise: Array, record: NDArray[np.void], values: Array) -> None:
+    """Readings of `truth` whose forces and deflections are replaced by `inputs`, those of both sides."""
     sensors = record[0]
     resolution, full_scale = sensors["force_resolution"], sensors["force_range"]
     for i in range(truth.shape[0]):
         for side in range(2):
-            offset = side * SIDE_COLUMNS
-            force = truth[i, offset + FORCE] + sensors["force_noise_std"] * noise[i, _FORCE + side]
+            force = inputs[i, side] + sensors["force_noise_std"] * noise[i, _FORCE + side]
             if resolution > 0.0:
                 force = round(force / resolution) * resolution
             values[i, _FORCE + side] = min(max(force, -full_scale), full_scale)
-            deflection = truth[i, offset + DEFLECTION]
+            deflection = inputs[i, 2 + side]
             deflection += sensors["deflection_noise_std"] * noise[i, _COUNT + side]
             count = math.floor(deflection / sensors["deflection_resolution"] + 0.5) + sensors["encoder_start"]
             values[i, _COUNT + side] = count % ENCODER_COUNTS
