@@ -156,6 +156,14 @@ def stiffness(x: float, p: Transmission) -> float:
     return slope_at(x, p.spring)
 
 
+def ln_stiffness_slope(x: float, p: Transmission) -> float:
+    """Slope of ln(stiffness) over the deflection at `x` [1/m]: k2 of the exponential that osculates the elastic law."""
+    if p.exponential:
+        return p.k2
+    step = 1e-5
+    return math.log(stiffness(x + step, p) / stiffness(x - step, p)) / (2.0 * step)
+
+
 @compiled
 def damper_force(v: float, p: Transmission) -> float:
     """Viscous force at velocity `v` [N]; the cubic (5) is constant beyond its maximum."""
