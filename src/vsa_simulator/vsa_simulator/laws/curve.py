@@ -20,7 +20,7 @@ Curve = Array | tuple[float, ...]
 Complex = NDArray[Any]  # of complex numbers
 Function = Callable[[Complex], Complex]
 
-NO_CURVE = (0.0, 1.0, 0.0, 1.0)  # one node: the identity
+NO_CURVE = (0.0, 1.0, 0.0, 1.0)
 
 
 def curve_of(function: Function, start: float, end: float) -> Array:

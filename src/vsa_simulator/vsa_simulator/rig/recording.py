@@ -20,7 +20,7 @@ START_NS = 1_000_000_000  # stamp of the first sample
 class TransmissionVariant:
     """A transmission with its force laws, the sensors' noise and their systematic errors; the paper's by default.
 
-    >>> TransmissionVariant(laws=ForceLaws(spring=SpringConfig("quadratic")))  # doctest: +SKIP
+    For example TransmissionVariant(laws=ForceLaws(spring=SpringConfig("quadratic"))).
     """
 
     transmission: TransmissionConfig = group(TransmissionConfig)
@@ -28,11 +28,7 @@ class TransmissionVariant:
     sensors: SensorConfig = group(SensorConfig)
     sensor_errors: SensorErrorConfig = group(SensorErrorConfig)
     stamp_jitter: float = 0.0  # standard deviation of the capture stamps [s]
-    other_force: tuple[float, float, float] = (
-        30.0,
-        10.0,
-        0.11,
-    )  # of crosstalk: mean [N], amplitude [N], frequency [Hz]
+    other_force: tuple[float, float, float] = (30.0, 10.0, 0.11)  # for crosstalk: mean [N], amplitude [N], [Hz]
 
 
 @dataclass(frozen=True)

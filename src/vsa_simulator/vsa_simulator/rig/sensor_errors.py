@@ -14,6 +14,8 @@ from vsa_simulator.rig.config import SensorErrorConfig
 
 RATE_HZ = 4000.0  # of truth for errors with memory: interpolation between rows is exact within 1e-4 N at 10 Hz
 
+NO_ERRORS = SensorErrorConfig()
+
 _INPUT, _HYSTERESIS, _UNFILTERED, _FILTERED, _AGES = range(5)  # state of one force; ages: delayed values, newest first
 
 

@@ -9,7 +9,7 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_simulator.rig.config import SensorConfig, SensorErrorConfig
 from vsa_simulator.rig.dynamics import DEFLECTION, FORCE, JOINT_ANGLE, MOTOR_1, MOTOR_2, SIDE_COLUMNS, TORQUE
-from vsa_simulator.rig.sensor_errors import ForceErrors, encoder_error, oversampling
+from vsa_simulator.rig.sensor_errors import NO_ERRORS, ForceErrors, encoder_error, oversampling
 
 ENCODER_COUNTS = 1 << 16
 
@@ -17,6 +17,9 @@ ENCODER_COUNTS = 1 << 16
 _FORCE, _COUNT, _ANGLE, _TORQUE = 0, 2, 4, 5
 _CHANNELS = 6
 _DRAW = 4096  # samples whose noise is drawn in one call
+
+_FORCES = [FORCE, FORCE + SIDE_COLUMNS]  # columns of truth
+_DEFLECTIONS = [DEFLECTION, DEFLECTION + SIDE_COLUMNS]
 
 RECORD = np.dtype([(name, float) for name in SensorConfig.__annotations__])
 
@@ -39,7 +42,7 @@ class Sensors:
 
     def __init__(self, config: SensorConfig, errors: SensorErrorConfig, rate_hz: float, seed: int) -> None:
         self.oversampling = oversampling(errors, rate_hz)
-        self._error_config = errors
+        self._errors = errors
         self._force_errors = ForceErrors(errors, rate_hz * self.oversampling)
         self._record = np.array([tuple(getattr(config, name) for name in RECORD.names or ())], RECORD)
         self._random = np.random.default_rng(seed)
@@ -48,16 +51,19 @@ class Sensors:
 
     def read(self, truth: Array) -> Readings:
         """Readings of rows of truth (columns as in `TRUTH`)."""
-        forces = truth[:, [FORCE, FORCE + SIDE_COLUMNS]]
-        forces = self._force_errors.apply(forces, forces[:, ::-1])[:: self.oversampling]
-        samples = truth[:: self.oversampling]
-        deflections = samples[:, [DEFLECTION, DEFLECTION + SIDE_COLUMNS]]
-        deflections += encoder_error(deflections, self._error_config)
-        noise = self._draw(len(samples))
-        values = np.empty((len(samples), _CHANNELS))
-        _measure(samples, np.hstack([forces, deflections]), noise, self._record, values)
-        motors = samples[:, MOTOR_1 : MOTOR_2 + 1]
+        sensed = truth if self._errors == NO_ERRORS else self._with_errors(truth)
+        noise = self._draw(len(sensed))
+        values = np.empty((len(sensed), _CHANNELS))
+        _measure(sensed, noise, self._record, values)
+        motors = sensed[:, MOTOR_1 : MOTOR_2 + 1]
         return Readings(values[:, 0:2], values[:, 2:4], values[:, _ANGLE], values[:, _TORQUE], motors)
+
+    def _with_errors(self, truth: Array) -> Array:
+        """The samples of `truth`, with systematic errors of forces and deflections."""
+        sensed, forces = truth[:: self.oversampling].copy(), truth[:, _FORCES]
+        sensed[:, _FORCES] = self._force_errors.apply(forces, forces[:, ::-1])[:: self.oversampling]
+        sensed[:, _DEFLECTIONS] += encoder_error(sensed[:, _DEFLECTIONS], self._errors)
+        return sensed
 
     def _draw(self, rows: int) -> Array:
         if self._used + rows > len(self._noise):
@@ -68,17 +74,17 @@ class Sensors:
 
 
 @compiled
-def _measure(truth: Array, inputs: Array, noise: Array, record: NDArray[np.void], values: Array) -> None:
-    """Readings of `truth` whose forces and deflections are replaced by `inputs`, those of both sides."""
+def _measure(truth: Array, noise: Array, record: NDArray[np.void], values: Array) -> None:
     sensors = record[0]
     resolution, full_scale = sensors["force_resolution"], sensors["force_range"]
     for i in range(truth.shape[0]):
         for side in range(2):
-            force = inputs[i, side] + sensors["force_noise_std"] * noise[i, _FORCE + side]
+            offset = side * SIDE_COLUMNS
+            force = truth[i, offset + FORCE] + sensors["force_noise_std"] * noise[i, _FORCE + side]
             if resolution > 0.0:
                 force = round(force / resolution) * resolution
             values[i, _FORCE + side] = min(max(force, -full_scale), full_scale)
-            deflection = inputs[i, 2 + side]
+            deflection = truth[i, offset + DEFLECTION]
             deflection += sensors["deflection_noise_std"] * noise[i, _COUNT + side]
             count = math.floor(deflection / sensors["deflection_resolution"] + 0.5) + sensors["encoder_start"]
             values[i, _COUNT + side] = count % ENCODER_COUNTS

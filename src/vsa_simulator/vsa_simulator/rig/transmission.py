@@ -66,7 +66,8 @@ def transmission_from(config: TransmissionConfig, laws: ForceLaws) -> Transmissi
     """Parameters of a configuration. Raises ConfigurationError for a table that does not increase."""
     spring, damper = _spring_of(config, laws), _damper_of(config, laws)
     exponential, cubic = laws.spring.kind == EXPONENTIAL, laws.damper.kind == CUBIC
-    paper = exponential and cubic
+    memory = laws.viscoelastic.share > 0.0 or laws.hysteresis.amplitude > 0.0
+    paper = exponential and cubic and not memory
     return Transmission(
         force_offset=config.force_offset,
         k1=config.k1,
@@ -95,7 +96,7 @@ def transmission_from(config: TransmissionConfig, laws: ForceLaws) -> Transmissi
 def _spring_of(config: TransmissionConfig, laws: ForceLaws) -> Array:
     """Elastic force without F0 over the deflection, k1 at zero and k1 exp(k2 L) at full stroke L."""
     if laws.spring.kind == EXPONENTIAL:
-        return np.array(NO_CURVE)
+        return np.zeros(2 * len(NO_CURVE))
     law, stroke = SPRINGS[laws.spring.kind], laws.spring.full_stroke
     rise = config.k1 * math.expm1(config.k2 * stroke)
     return curve_of(lambda x: config.k1 + rise * law(x / stroke, laws.spring), STROKE[0] * stroke, STROKE[1] * stroke)
@@ -104,13 +105,19 @@ def _spring_of(config: TransmissionConfig, laws: ForceLaws) -> Array:
 def _damper_of(config: TransmissionConfig, laws: ForceLaws) -> Array:
     """Viscous force over the speed."""
     if laws.damper.kind == CUBIC:
-        return np.array(NO_CURVE)
+        return np.zeros(2 * len(NO_CURVE))
     law, peak = DAMPERS[laws.damper.kind], _peak_speed(config)
     return curve_of(lambda speed: config.d1 * peak * law(speed / peak, laws.damper), 0.0, TOP_SPEED)
 
 
 def _peak_speed(config: TransmissionConfig) -> float:
     return math.sqrt(config.d1 / (-3.0 * config.d2))
+
+
+@compiled
+def _is_general(p: Transmission) -> bool:
+    """Whether other laws than the paper's act: a constant of the compiled code, which drops what it does not need."""
+    return len(p.spring) > len(NO_CURVE)
 
 
 @compiled
@@ -122,7 +129,7 @@ def elastic_scale(time: float, p: Transmission) -> float:
 @compiled
 def elastic_force(x: float, p: Transmission) -> float:
     """Elastic force without F0 and drift at deflection `x` [N]; for the exponential the second term of (2)."""
-    if p.exponential:
+    if p.exponential or not _is_general(p):
         return p.k1 * math.exp(p.k2 * x)
     return value_at(x, p.spring)
 
@@ -136,7 +143,7 @@ def spring_force(x: float, p: Transmission) -> float:
 @compiled
 def spring_deflection(force: float, p: Transmission) -> float:
     """Deflection at which the force of the spring is `force` [m]; the inverse of `spring_force`."""
-    if p.exponential:
+    if p.exponential or not _is_general(p):
         return math.log(max(force - p.force_offset, 1e-9) / p.k1) / p.k2
     return argument_at(force - p.force_offset, p.spring)
 
@@ -144,15 +151,23 @@ def spring_deflection(force: float, p: Transmission) -> float:
 @compiled
 def stiffness(x: float, p: Transmission) -> float:
     """Slope of the static elastic law without drift at deflection `x`, (3) [N/m]."""
-    if p.exponential:
+    if p.exponential or not _is_general(p):
         return p.k1 * p.k2 * math.exp(p.k2 * x)
     return slope_at(x, p.spring)
+
+
+def ln_stiffness_slope(x: float, p: Transmission) -> float:
+    """Slope of ln(stiffness) over the deflection at `x` [1/m]: k2 of the exponential that osculates the elastic law."""
+    if p.exponential:
+        return p.k2
+    step = 1e-5
+    return math.log(stiffness(x + step, p) / stiffness(x - step, p)) / (2.0 * step)
 
 
 @compiled
 def damper_force(v: float, p: Transmission) -> float:
     """Viscous force at velocity `v` [N]; the cubic (5) is constant beyond its maximum."""
-    if p.cubic:
+    if p.cubic or not _is_general(p):
         c = min(max(v, -p.peak_speed), p.peak_speed)
         return p.d1 * c + p.d2 * c**3
     return math.copysign(value_at(abs(v), p.damper), v)
@@ -161,7 +176,7 @@ def damper_force(v: float, p: Transmission) -> float:
 @compiled
 def damping(v: float, p: Transmission) -> float:
     """Slope of the viscous force at velocity `v`, (8) [N s/m]; zero where the force is constant."""
-    if p.cubic:
+    if p.cubic or not _is_general(p):
         c = min(max(v, -p.peak_speed), p.peak_speed)
         return p.d1 + 3.0 * p.d2 * c * c
     return slope_at(abs(v), p.damper)
@@ -176,8 +191,10 @@ def rod_rates(rod: Rod, time: float, tension: float, p: Transmission) -> Rod:
     friction = friction_force(v, z, bristle, p.friction)
     spring = p.force_offset + scale * elastic_force(x, p)
     force = 2.0 * tension - spring - damper_force(v, p) - friction - (q + p.hysteresis * y)
-    branch = branch_rate(q, v, scale * stiffness(x, p), p.share, p.time_constant) if p.share > 0.0 else 0.0
-    hysteresis = hysteresis_rate(y, v, p.hysteresis_travel, p.hysteresis_shape) if p.hysteresis > 0.0 else 0.0
+    if not _is_general(p):
+        return Rod(v, force / p.inertia, bristle, 0.0, 0.0)
+    branch = branch_rate(q, v, scale * stiffness(x, p), p.share, p.time_constant)
+    hysteresis = hysteresis_rate(y, v, p.hysteresis_travel, p.hysteresis_shape)
     return Rod(v, force / p.inertia, bristle, branch, hysteresis)
 
 
