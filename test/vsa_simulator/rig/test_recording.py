@@ -10,7 +10,7 @@ from vsa_simulator.laws.dampers import DamperConfig
 from vsa_simulator.laws.friction import FrictionConfig
 from vsa_simulator.laws.internal import HysteresisConfig, ViscoelasticConfig
 from vsa_simulator.laws.springs import SpringConfig
-from vsa_simulator.rig.config import SensorConfig, TransmissionConfig
+from vsa_simulator.rig.config import SensorConfig, SensorErrorConfig, TransmissionConfig
 from vsa_simulator.rig.motion import Tone, tones
 from vsa_simulator.rig.recording import Simulation, TransmissionVariant
 
@@ -41,6 +41,10 @@ def test_stamps_jitter_about_the_true_times_and_ascend():
     slow = Simulation(variant, MOTION, 20.0, 100).recording(3).stamp_ns
     assert np.std(slow - slow[0] - np.arange(2000) * 1e7) == pytest.approx(1e6, rel=0.05)
     plain = Simulation(TransmissionVariant(), MOTION, 20.0, 100).recording(3)
+    late = TransmissionVariant(sensor_errors=SensorErrorConfig(frame_jitter=4e-3))
+    delay = (Simulation(late, MOTION, 20.0, 100).recording(3).stamp_ns - plain.stamp_ns) * 1e-9
+    assert 0.0 <= delay.min() < delay.max() <= 4e-3
+    assert delay.std() == pytest.approx(4e-3 / 12**0.5, rel=0.05)
     np.testing.assert_array_equal(Simulation(variant, MOTION, 20.0, 100).recording(3).force, plain.force)
 
 

@@ -11,7 +11,7 @@ from vsa_tools.demo.rig_options import OPTIONS, add_rig_options, rig_changes
 GIVEN = (
     "--spring sinh --spring-drift 1 --damper soft_knee --friction stribeck --viscoelastic 0.2 --hysteresis 0.6 "
     "--sensor-delay 0.005 --force-lowpass 20 --force-hysteresis 0.1 --force-drift 0.2 --crosstalk 0.02 "
-    "--encoder-cyclic 2e-5"
+    "--encoder-cyclic 2e-5 --stamp-jitter 0.001"
 )
 
 
@@ -35,6 +35,7 @@ def test_every_option_sets_its_parameter_of_the_rig(tmp_path):
     errors = rig.sensor_errors
     assert (errors.force_delay, errors.force_lowpass, errors.force_hysteresis) == (0.005, 20.0, 0.1)
     assert (errors.force_drift, errors.crosstalk, errors.encoder_cyclic) == (0.2, 0.02, 2e-5)
+    assert errors.frame_jitter == 0.001
     assert rig.transmission_1.k2 == 267.2
 
 

@@ -1,8 +1,9 @@
 """Elastic laws. Each is a function of u = deflection / full stroke, from 0 at u = 0 to 1 at u = 1, strictly increasing.
 
-It becomes a force with the transmission's own scale: F_s = F0 + k1 + (k1 exp(k2 L) - k1) law(x / L), L the full stroke,
-so that every law has the force of the paper's spring (2) at both ends of the stroke. A new law is one function and one
-line of SPRINGS; its stiffness follows by the complex step, hence abs, min and max of `u` are not permitted in it.
+Law, u and parameters are dimensionless. A law becomes a force [N] by the transmission's own scale,
+F_s = F0 + k1 + (k1 exp(k2 L) - k1) law(x / L), L the full stroke, so that every law has the force of the paper's spring
+(2) at both ends of the stroke. A new law is one function and one line of SPRINGS; its stiffness follows by the complex
+step, hence abs, min and max of `u` are not permitted in it.
 """
 
 from collections.abc import Callable
@@ -32,7 +33,7 @@ def cubic(u: Complex, config: "SpringConfig") -> Complex:
 
 
 def sinh(u: Complex, config: "SpringConfig") -> Complex:
-    """sinh(b u) / sinh(b): form of the qbmove's datasheet (Della Santina et al. 2017); b: sinh_rate."""
+    """sinh(b u) / sinh(b): form of the qbmove's data sheet; Della Santina et al. 2017; b: sinh_rate."""
     return np.sinh(config.sinh_rate * u) / np.sinh(config.sinh_rate)
 
 

@@ -91,6 +91,7 @@ class SensorErrorConfig:
     crosstalk: float = quantity(0.0, "", -0.5, 0.5, "share of the other transmission's force in each reading")
     encoder_cyclic: float = quantity(0.0, "m", 0.0, 1e-3, "amplitude of the encoder's cyclic error; 0: none")
     encoder_pitch: float = quantity(0.002, "m", 1e-5, 0.1, "deflection of one period of that error")
+    frame_jitter: float = quantity(0.0, "s", 0.0, 0.01, "greatest random delay of a sample's frames, hence of stamps")
 
 
 @dataclass(frozen=True)

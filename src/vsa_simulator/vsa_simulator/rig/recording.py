@@ -84,6 +84,7 @@ class Simulation:
         force = np.clip(_rounded(force, sensors.force_resolution), -sensors.force_range, sensors.force_range)
         deflection = self.sensed_deflection + sensors.deflection_noise_std * random.standard_normal(count)
         late = self.variant.stamp_jitter * random.standard_normal(count)
+        late += self.variant.sensor_errors.frame_jitter * random.random(count)
         stamps = START_NS + np.round((self.time + late) * 1e9).astype(np.int64)
         return Recording(np.maximum.accumulate(stamps), force, _rounded(deflection, sensors.deflection_resolution))
 

@@ -23,6 +23,7 @@ OPTIONS = {  # option: placeholder, parameter, example
     "force-drift": ("N", "sensor_errors.force_drift", "0.2 a minute, as while a load cell warms up"),
     "crosstalk": ("SHARE", "sensor_errors.crosstalk", "0.02 for two sensors on one frame"),
     "encoder-cyclic": ("M", "sensor_errors.encoder_cyclic", "5e-6 is half a count of the encoder"),
+    "stamp-jitter": ("S", "sensor_errors.frame_jitter", "0.001 as of a busy computer; less than the time of a sample"),
 }
 TITLE = "other transmissions and sensors"
 TEXT = """By default the rig obeys the paper's laws, and its sensors have noise and resolution only. These options act
