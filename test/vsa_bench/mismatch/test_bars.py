@@ -88,7 +88,16 @@ def test_the_worst_row_is_the_worst_of_the_motions():
 
 
 def test_the_markdown_has_every_table_with_full_rows():
-    recorded = [{"recording": "a.csv", "reference": "truth", "points": 3, "stiffness": GOOD, "inadequate": None}]
+    recorded = [
+        {
+            "recording": "a.csv",
+            "start": "default",
+            "reference": "truth",
+            "points": 3,
+            "stiffness": GOOD,
+            "inadequate": None,
+        }
+    ]
     report = json.loads(json.dumps({"cases": [entry(), entry("crosstalk", "sensors")], "recorded": recorded}))
     text = markdown(report)
     assert [line for line in text.splitlines() if line.startswith("#")] == [
@@ -98,4 +107,4 @@ def test_the_markdown_has_every_table_with_full_rows():
     for section in text.split("### ")[1:]:
         widths = {line.count("|") for line in section.splitlines() if line.startswith("|")}
         assert len(widths) == 1
-    assert "| a.csv | truth | 3 | 100 | 0.10 | 0.95 | 0.00 | 0.50 | - |" in text
+    assert "| a.csv | default | truth | 3 | 100 | 0.10 | 0.95 | 0.00 | 0.50 | - |" in text

@@ -72,12 +72,24 @@ def written(folder, name, force, count=TIME.size, **more):
 
 def test_a_recording_with_its_truth_is_compared_with_both(tmp_path):
     path = written(tmp_path, "a.csv", sinh_force(DEFLECTION), true_stiffness=STIFFNESS)
-    entries = {one["reference"]: one for one in compare(path)}
-    assert set(entries) == {"local regression", "local regression itself", "truth"}
-    assert entries["truth"]["points"] == pytest.approx(0.7 * len(TIME), abs=1)
-    assert entries["local regression itself"]["stiffness"]["error"] < 0.002
-    against, truth = (entries[name]["stiffness"] for name in ("local regression", "truth"))
-    assert against["valid"] == pytest.approx(truth["valid"], abs=0.1)
+    entries = {(one["start"], one["reference"]): one for one in compare(path)}
+    assert len(entries) == 5
+    assert entries["default", "truth"]["points"] == pytest.approx(0.7 * len(TIME), abs=1)
+    assert entries["local regression", "truth"]["stiffness"]["error"] < 0.002
+    for start in ("default", "identify"):
+        against, truth = (entries[start, name]["stiffness"] for name in ("local regression", "truth"))
+        assert against["valid"] == pytest.approx(truth["valid"], abs=0.1)
+
+
+def test_identified_start_values_of_an_exponential_spring_give_its_stiffness(tmp_path):
+    stiffness = 0.776 * 267.2 * np.exp(267.2 * DEFLECTION)
+    force = 16.39 + stiffness / 267.2 + 600.0 * VELOCITY + 0.017 * np.random.default_rng(2).standard_normal(TIME.size)
+    path = written(tmp_path, "a.csv", force, true_stiffness=stiffness)
+    (figures,) = (
+        one["stiffness"] for one in compare(path) if (one["start"], one["reference"]) == ("identify", "truth")
+    )
+    assert figures["valid"] > 0.9
+    assert figures["error"] < 0.01
 
 
 def test_short_and_unreadable_files_are_skipped_with_one_line_each(tmp_path):

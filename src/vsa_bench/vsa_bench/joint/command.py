@@ -97,18 +97,10 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--tendon", nargs="+", type=float, default=[1e-3 * k for k in TENDONS], metavar="N/mm")
     parser.add_argument(
-        "--friction",
-        nargs="+",
-        type=float,
-        default=[0.0, *FRICTIONS],
-        metavar="N",
-        help="friction of each transmission",
+        "--friction", nargs="+", type=float, default=[0.0, *FRICTIONS], metavar="N", help="of each transmission"
     )
     parser.add_argument(
-        "--spring",
-        choices=[EXPONENTIAL, *SPRINGS],
-        default=EXPONENTIAL,
-        help="elastic law of both transmissions; all have the exponential's force at both ends of the stroke",
+        "--spring", choices=[EXPONENTIAL, *SPRINGS], default=EXPONENTIAL, help="elastic law of both transmissions"
     )
     parser.add_argument(
         "--seeds", type=int, default=SEEDS, metavar="COUNT", help=f"runs a case with friction ({SEEDS})"

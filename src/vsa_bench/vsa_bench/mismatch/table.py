@@ -14,7 +14,7 @@ FIGURES = (
 CASE_HEADER = ("case", "motion", "Hz", "best peer", "peer error", *FIGURES)
 WORST_HEADER = ("case", "best peer", "peer error", *FIGURES)
 BAR_HEADER = ("required", "limit", "figure", "worst case", "missed in", "")
-RECORDED_HEADER = ("recording", "reference", "points", "valid", "error", "cover", "wrong", "+-", "inadequate")
+RECORDED_HEADER = ("recording", "start", "reference", "points", "valid", "error", "cover", "wrong", "+-", "inadequate")
 NOTE = (
     "Median over the seeds, after the first 30 %, in % but for cover (share of the valid samples whose 95 % interval "
     "contains the truth). error and +- (half-width): medians over the valid samples; of damping relative to max(D, "
@@ -23,8 +23,9 @@ NOTE = (
     "samples."
 )
 RECORDED_NOTE = (
-    "reference: true stiffness of a simulated recording, or local regression; points: instants compared, after the "
-    "first 30 %; cover: of the estimate's interval combined with the reference's."
+    "start: values of the estimator, default or those of `identify` on the file; local regression: not the estimator, "
+    "the reference itself. reference: local regression, or the true stiffness of a simulated recording. points: instants "
+    "compared, after the first 30 %. cover: of the estimate's interval combined with the reference's."
 )
 # Which extreme over motions and rates is the worst.
 WORST = {"valid": min, "coverage": min, "error": max, "wrong": max, "half_width": max}
@@ -54,7 +55,7 @@ def pages(report: dict[str, Any]) -> Iterator[Page]:
         yield Page("required figures", BAR_HEADER, [_bar_row(*one) for one in bars(cases)], "", 1)
     if report["recorded"]:
         rows = [_recorded_row(one) for one in report["recorded"]]
-        yield Page("real recordings: stiffness", RECORDED_HEADER, rows, RECORDED_NOTE, 2)
+        yield Page("real recordings: stiffness", RECORDED_HEADER, rows, RECORDED_NOTE, 3)
 
 
 def show(report: dict[str, Any]) -> None:
@@ -119,7 +120,7 @@ def _bar_row(
 
 def _recorded_row(one: dict[str, Any]) -> list[str]:
     return [
-        one["recording"], one["reference"], str(one["points"]), *_quantity_cells(one["stiffness"]),
+        one["recording"], one["start"], one["reference"], str(one["points"]), *_quantity_cells(one["stiffness"]),
         _percent(one["inadequate"], 1),
     ]  # fmt: skip
 
