@@ -23,9 +23,9 @@ NOTE = (
     "samples."
 )
 RECORDED_NOTE = (
-    "start: values of the estimator, default or those of `identify` on the file; local regression: not the estimator, "
-    "the reference itself. reference: local regression, or the true stiffness of a simulated recording. points: instants "
-    "compared, after the first 30 %. cover: of the estimate's interval combined with the reference's."
+    "start: values of the estimator, default or those of `identify` on the file; local regression: not the estimator "
+    "but the reference itself. reference: local regression, or the true stiffness of a simulated recording. points: "
+    "instants compared, after the first 30 %. cover: of the estimate's interval combined with the reference's."
 )
 # Which extreme over motions and rates is the worst.
 WORST = {"valid": min, "coverage": min, "error": max, "wrong": max, "half_width": max}
