@@ -141,3 +141,18 @@ def test_a_choice_without_a_case_is_an_error(capsys):
     with pytest.raises(SystemExit):
         command.main(["--quick", "--case", "friction_lugre"])
     assert "no case has the given" in capsys.readouterr().err
+
+
+def test_a_failure_names_its_case(monkeypatch):
+    def fail(case, seeds, seconds):
+        raise ValueError("no estimate")
+
+    monkeypatch.setattr(command, "run_case", fail)
+    message = r"spring_exponential mix 100 Hz, seeds \[1, 2\]: ValueError\('no estimate'\)"
+    with pytest.raises(RuntimeError, match=message):
+        command.run_cases([Case(PAPER, "mix", 100)], [1, 2], 1.0, 1)
+
+
+def test_a_missing_file_of_a_former_run_gives_a_one_line_error(tmp_path, capsys):
+    assert command.main(["--from", str(tmp_path / "none.json")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1

@@ -28,10 +28,11 @@ SHARED_DATA = Path("shared", "data")
 def main(argv: list[str] | None = None) -> int:
     """Run the command; its exit code."""
     arguments = _arguments(argv)
-    if arguments.from_json:
-        report = json.loads(arguments.from_json.read_text())
-    else:
-        report = _run(arguments)
+    try:
+        report = json.loads(arguments.from_json.read_text()) if arguments.from_json else _run(arguments)
+    except (OSError, json.JSONDecodeError) as error:
+        print(f"bench mismatch: {error}", file=sys.stderr)
+        return 1
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
         arguments.json.write_text(json.dumps(report, indent=1) + "\n")
@@ -79,7 +80,10 @@ def run_cases(cases: Sequence[Case], seeds: Sequence[int], seconds: float, worke
 def _run_part(cases: Sequence[Case], seeds: Sequence[int], seconds: float, report: ReportProgress) -> list[Any]:
     results = []
     for one in cases:
-        results.append(run_case(one, seeds, seconds))
+        try:
+            results.append(run_case(one, seeds, seconds))
+        except Exception as error:
+            raise RuntimeError(f"{one.label}, seeds {list(seeds)}: {error!r}") from error
         report(1)
     return results
 
