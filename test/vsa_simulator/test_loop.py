@@ -9,8 +9,8 @@ from vsa_driver.can.bus import Bus, BusConfig, BusError, open_bus
 from vsa_driver.can.frames import RIG_DBC, FrameSet
 from vsa_simulator.frames import RigFrames
 from vsa_simulator.ground_truth import HEADER, TruthFile
-from vsa_simulator.loop import RigLoop
-from vsa_simulator.rig.config import MotorConfig, RigConfig
+from vsa_simulator.loop import FrameDelays, RigLoop
+from vsa_simulator.rig.config import MotorConfig, RigConfig, SensorErrorConfig
 from vsa_simulator.rig.rig import Rig
 
 pytestmark = pytest.mark.live
@@ -81,6 +81,25 @@ def test_the_frames_keep_the_rate(quiet_run):
     stamps = np.array([frame.timestamp for frame in received if frame.arbitration_id == 0x101])
     ideal = np.arange(300) / RATE
     assert np.median(stamps - stamps[0] - ideal) == pytest.approx(0.0, abs=0.02)
+
+
+def test_frame_delays_are_uniform_and_the_same_for_a_seed():
+    one, same, other = (FrameDelays(1e-3, seed) for seed in (1, 1, 2))
+    draws = np.array([one.draw() for _ in range(5000)])
+    assert draws.tolist() == [same.draw() for _ in range(5000)]
+    assert draws[0] != other.draw()
+    assert 0.0 <= draws.min() < 1e-5 < 9.9e-4 < draws.max() <= 1e-3
+    assert (draws.mean(), draws.std()) == (pytest.approx(5e-4, rel=0.03), pytest.approx(1e-3 / 12**0.5, rel=0.03))
+
+
+def test_with_jitter_the_frames_are_sent_later_by_these_delays(tmp_path, monkeypatch):
+    slept = []
+    monkeypatch.setattr("vsa_simulator.loop.FrameDelays.wait", lambda delays: slept.append(delays.draw()))
+    config = RigConfig(rate_hz=RATE, seed=4, sensor_errors=SensorErrorConfig(frame_jitter=1e-3))
+    _, received, _ = run(tmp_path, 50, config=config)
+    expected = FrameDelays(1e-3, 4)
+    assert slept == [expected.draw() for _ in range(50)]
+    assert len(decoded(received, "Transmission1")) == 50
 
 
 def test_a_command_from_the_bus_moves_the_motors_and_its_end_holds_them(tmp_path):

@@ -1,10 +1,11 @@
-"""`./vsa bench estimation|live|joint|ablation|view|soak`: figures of the suite, each with its reference."""
+"""`./vsa bench estimation|mismatch|live|joint|ablation|view|soak`: figures of the suite, each with its reference."""
 
 import importlib
 import sys
 
 BENCHES = {
     "estimation": "estimators, peers and the Cramer-Rao bound on simulated recordings",
+    "mismatch": "estimator and peers where transmission or sensors are not the paper's; real recordings",
     "live": "rate, delay and cost of the running suite",
     "joint": "the joint's impedance against the simulated joint's response",
     "ablation": "half and double of each tuned constant of the estimator",

@@ -1,5 +1,6 @@
 """The simulated rig in real time: a thread that paces it, sends its frames and receives its commands."""
 
+import random
 import threading
 import time
 from collections import deque
@@ -17,6 +18,22 @@ from vsa_simulator.rig.rig import Rig
 _IDLE_S = 0.01  # period of reading the bus while the clock is stopped
 _BURST_PAUSE_S = 0.0005  # between two bursts, so that receivers can read the bus
 _MAX_FRAMES = 64  # frames read from the bus between two samples
+
+
+class FrameDelays:
+    """Random delays of a sample's frames, uniform up to `greatest` [s], the same for the same seed."""
+
+    def __init__(self, greatest: float, seed: int) -> None:
+        self._greatest, self._random = greatest, random.Random(seed)
+
+    def draw(self) -> float:
+        """The delay of the next sample [s]."""
+        return self._random.uniform(0.0, self._greatest)
+
+    def wait(self) -> None:
+        """Wait for the delay of the next sample, if there are delays."""
+        if self._greatest > 0.0:
+            time.sleep(self.draw())
 
 
 class RigLoop:
@@ -47,6 +64,7 @@ class RigLoop:
         self._events = deque(events)
         self._pending: deque[Event] = deque()
         self._on_event = on_event
+        self._delays = FrameDelays(rig.config.sensor_errors.frame_jitter, rig.config.seed)
         self._pacer = Pacer(rig.config.rate_hz)
         self._started = threading.Event()  # set while the clock is to run
         self._closing = threading.Event()
@@ -126,6 +144,7 @@ class RigLoop:
         force_1, force_2, count_1, count_2, angle, torque = self.faults.readings(readings, first)
         one = self._frames.transmission(0, first, force_1, int(count_1))
         two = self._frames.transmission(1, first, force_2, int(count_2))
+        self._delays.wait()
         self._send(one, 1)  # both are encoded before the first is sent: they are of one instant
         self._send(two, 2)
         sequence, remainder = divmod(first, self._slow_every)

@@ -157,6 +157,7 @@ def test_the_default_cases_cover_all_motions_masses_and_rigs():
     assert {one.motion for one in DEFAULT} >= {"slow", "slow2", "multisine", "half_hz", "fast", "dwells", "one_hz"}
     assert {one.mass for one in DEFAULT} == {"light", "heavy"}
     assert {one.rig for one in DEFAULT} == set(RIGS)
+    assert {one.coefficients.inertia for one in DEFAULT if one.mass == "heavy"} == {5.0}
     assert len(set(DEFAULT)) == len(DEFAULT)
     assert all(one.force_noise_n == (0.13 if one.deflection_noise_mm == 0.1 else 0.017) for one in (*DEFAULT, *QUICK))
 

@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pytest
 from vsa_bench.joint import command as bench_joint
-from vsa_bench.joint.case import Case, external_torque, geometry, rig_config
+from vsa_bench.joint.case import Case, external_torque, geometry, rig_config, travel
 from vsa_bench.joint.experiment import record, run
 from vsa_bench.joint.recorded import identify_series
 from vsa_bench.joint.report import case_json, identified_covers
 from vsa_joint.settings import JointConfig
+from vsa_simulator.rig.transmission import spring_force, transmission_from
 
 KEYS = {
     "co_contraction", "tendon_n_per_m", "coulomb_friction", "amplitude_nm", "seed", "expansion_valid", "identified",
@@ -48,6 +49,35 @@ def test_the_printed_damping_term_is_twice_the_true_one(with_friction):
 def test_the_torque_without_friction_is_twenty_millinewtonmetres_rms():
     case = Case(50.0, 1e5, 0.0, 1)
     assert external_torque(case, rig_config(case)).rms == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("spring", ["quadratic", "sinh"])
+def test_with_another_spring_the_experiment_agrees_with_the_rig(spring):
+    o = run(Case(50.0, 1e5, 0.0, 4, spring))
+    assert o.response.error < 0.01
+    assert o.identified.impedance.stiffness == pytest.approx(o.truth.stiffness, rel=0.01)
+    assert o.identified.impedance.damping == pytest.approx(o.truth.damping, rel=0.03)
+    assert case_json(o)["spring"] == spring
+
+
+@pytest.mark.parametrize("spring", ["exponential", "quadratic", "stop"])
+def test_the_travel_of_a_force_balances_any_spring(spring):
+    """Bisection of the rod's static force at the travel."""
+    rig = rig_config(Case(50.0, 1e5, 0.3, 1, spring))
+    for side in (rig.transmission_1, rig.transmission_2):
+        transmission, end = transmission_from(side, rig), travel(50.0, side, rig)
+        low, high = 0.0, 0.02
+        while high - low > 1e-12:
+            x = 0.5 * (low + high)
+            surplus = 2.0 * side.tendon_stiffness * (end - 2.0 * x) - spring_force(x, transmission)
+            low, high = (x, high) if surplus > 0.0 else (low, x)
+        assert spring_force(low, transmission) == pytest.approx(50.0, abs=1e-4)
+
+
+def test_the_spring_of_the_option_is_that_of_all_cases():
+    cases = bench_joint._cases(bench_joint._arguments(["--spring", "sinh", "--quick"]))
+    assert {case.spring for case in cases} == {"sinh"}
+    assert {rig_config(case).spring.kind for case in cases} == {"sinh"}
 
 
 def test_seeds_differ_between_frictions_and_repeats():

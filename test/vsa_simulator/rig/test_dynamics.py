@@ -6,8 +6,9 @@ from math import copysign, exp, log, pi, sin, sqrt, tanh
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from vsa_simulator.laws.config import ForceLaws
+from vsa_simulator.laws.friction import FrictionConfig
 from vsa_simulator.rig.config import (
-    FrictionConfig,
     JointConfig,
     MotorConfig,
     RigConfig,
@@ -211,6 +212,6 @@ def test_lugre_friction_gives_stick_slip_in_slow_motion():
     creep = tones(0.010, Tone(2e-4, 0.02), fade_in=0.0)
     stick = FrictionConfig(model="lugre", static_ratio=3.0, bristle_stiffness=5e7)
     dry = TransmissionConfig(d1=200.0, d2=-1e6, coulomb_friction=10.0)
-    velocity = simulate(dry, creep, 12.0, 1000, stick)[:, 2]
+    velocity = simulate(dry, creep, 12.0, 1000, ForceLaws(friction=stick))[:, 2]
     assert np.mean(np.abs(velocity) < 1e-6) > 0.3  # it sticks much of the time
     assert np.abs(velocity).max() > 10 * 2 * np.pi * 0.02 * 2e-4  # and then slips

@@ -38,15 +38,30 @@ def test_blocks_of_any_size_give_the_same_rig():
         np.testing.assert_array_equal(together, getattr(whole.readings, name))
 
 
-def test_plain_python_equals_the_compiled_code():
-    script = (
-        "from vsa_simulator.rig.config import RigConfig, FrictionConfig; from vsa_simulator.rig.rig import Rig;"
-        "rig = Rig(RigConfig(rate_hz=2000, friction=FrictionConfig(model='lugre')));"
-        "print(*map(repr, rig.advance(12).truth[-1].tolist()))"
-    )
+GENERAL = (
+    "ForceLaws(SpringConfig('tabulated', drift=5.0), DamperConfig('soft_knee'), FrictionConfig('stribeck'), "
+    "ViscoelasticConfig(0.2), HysteresisConfig(0.5))"
+)
+SCRIPT = """
+from vsa_simulator.laws.config import *
+from vsa_simulator.rig.config import RigConfig, SensorErrorConfig
+from vsa_simulator.rig.rig import Rig
+laws = {laws}
+errors = SensorErrorConfig({errors})
+samples = Rig(RigConfig(**vars(laws), rate_hz=2000, sensor_errors=errors)).advance(12)
+print(*map(repr, [*samples.truth[-1].tolist(), *samples.readings.forces[-1].tolist()]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("laws", "errors"),
+    [("ForceLaws(friction=FrictionConfig('lugre'))", ""), (GENERAL, "0.002, 20.0, 0.1, crosstalk=0.02")],
+    ids=("lugre", "general"),
+)
+def test_plain_python_equals_the_compiled_code(laws, errors):
     plain, compiled = (
         subprocess.run(
-            [sys.executable, "-c", script],
+            [sys.executable, "-c", SCRIPT.format(laws=laws, errors=errors)],
             env=os.environ | {"VSA_NO_NUMBA": word},
             check=True,
             capture_output=True,

@@ -11,6 +11,8 @@ from vsa_common.config.configuration import load
 from vsa_driver.settings import DriverSettings
 from vsa_estimator.settings import NodeConfig
 from vsa_simulator.node import SimulatorConfig
+from vsa_simulator.rig.dynamics import TRUTH
+from vsa_simulator.rig.rig import Rig
 from vsa_tools.demo.command import clear, write_run
 from vsa_tools.demo.isolation import claim_domain
 from vsa_tools.demo.parameters import base_parameters, merge, write_parameters
@@ -104,6 +106,19 @@ def test_initial_stiffness_is_off_by_a_factor_of_two_at_the_balanced_force(param
         true = getattr(rig, f"transmission_{side}")
         ratio = start.k2 * (force - start.force_offset) / (true.k2 * (force - true.force_offset))
         assert ratio in (pytest.approx(2.0), pytest.approx(0.5))
+
+
+@pytest.mark.parametrize("spring", ["linear", "quadratic", "sinh", "softening", "tabulated"])
+def test_with_another_spring_initial_stiffness_is_off_by_a_factor_of_two_at_rest(tmp_path, spring):
+    laws = {"spring": {"kind": spring}, "damper": {"kind": "quadratic"}}
+    path = write_run(tmp_path, options(tmp_path), 61_234, {"rig_simulator": laws})
+    rest = Rig(load(path, "rig_simulator", SimulatorConfig)).advance(1).truth[0]
+    for side, k2 in ((1, 267.2), (2, 165.6)):
+        start = load(path, f"estimator_{side}", NodeConfig).initial
+        true, force = (rest[TRUTH.index(f"{name}_{side}")] for name in ("stiffness", "force"))
+        assert start.k2 * (force - start.force_offset) / true in (pytest.approx(2.0), pytest.approx(0.5))
+        assert start.k2 / k2 in (pytest.approx(0.7), pytest.approx(1.3))
+        assert start.d1 / 1000.0 in (pytest.approx(0.6), pytest.approx(1.6))  # d1 / 4 at rest
 
 
 def realtime_of(path, node):

@@ -105,3 +105,44 @@ def test_the_table_is_in_the_units_of_the_paper(summary, capsys):
     assert "1/mm" in text
     assert "not observable" in text
     assert "1 / 200" in text
+
+
+DEFLECTION, FORCE = {1: 0.0100, 2: 0.0090}, {1: 45.0, 2: 46.0}
+
+
+@pytest.fixture(scope="module")
+def other_laws(folder, tmp_path_factory):
+    """Summary of the same recording with a quadratic spring and a soft knee."""
+    run = tmp_path_factory.mktemp("other")
+    (run / "bag").symlink_to(folder / "bag")
+    truth = {f"stiffness_{i}": np.full(N, STIFFNESS[i]) for i in (1, 2)}
+    truth |= {f"damping_{i}": np.full(N, DAMPING[i]) for i in (1, 2)}
+    truth |= {f"deflection_{i}": np.full(N, DEFLECTION[i]) for i in (1, 2)}
+    truth |= {f"force_{i}": np.full(N, FORCE[i]) for i in (1, 2)}
+    write_columns(run / "truth.csv", truth)
+    laws = {"rate_hz": RATE, "spring": {"kind": "quadratic"}, "damper": {"kind": "soft_knee"}}
+    write_parameters(run / "parameters.yaml", base_parameters(), {"rig_simulator": laws})
+    return summarise(run, [])
+
+
+def test_with_other_laws_stiffness_and_damping_at_the_end_have_start_estimate_and_truth(other_laws):
+    side = other_laws["transmissions"]["transmission_1"]
+    start = 267.2 * (45.0 - 16.39)
+    assert side["stiffness"] == pytest.approx({"start": start, "estimate": 4040.0, "std": 20.0, "truth": 4000.0})
+    assert side["damping"] == pytest.approx({"start": 4000.0, "estimate": 3900.0, "std": 10.0, "truth": 3900.0})
+
+
+def test_with_other_laws_the_truth_of_k2_is_the_local_slope_and_d2_has_none(other_laws):
+    for i in (1, 2):
+        side, u = other_laws["transmissions"][f"transmission_{i}"], DEFLECTION[i] / 0.020
+        assert side["k2"]["truth"] == pytest.approx(1.84 / (0.08 + 1.84 * u) / 0.020, rel=1e-5)
+        assert side["d2"]["truth"] is None
+
+
+def test_with_other_laws_the_table_lists_stiffness_and_damping(other_laws, capsys):
+    show(other_laws)
+    text = capsys.readouterr().out
+    assert "stiffness, N/mm" in text
+    assert "damping, N s/mm" in text
+    assert "k2" not in text
+    assert "+1.00 %" in text

@@ -15,7 +15,7 @@ from vsa_tools.report.data import read_run
 from vsa_tools.report.downsampling import cloud, envelope, extremes
 from vsa_tools.report.panels import force_rate
 from vsa_tools.report.tables import health_table, joint_table, table_1
-from vsa_tools.report.truth import read_truth
+from vsa_tools.report.truth import coefficients, read_truth
 
 SECONDS, RATE = 4.0, 200.0
 
@@ -100,6 +100,25 @@ def test_table_1_gives_the_coefficients_with_their_intervals_and_errors(bag, run
     assert rows(table)["transmission_2", "d2, cubic damping"][6] == "-1.17e+08"
     assert rows(table)["transmission_1", "m, inertia"][2].startswith("(0.37")
     assert "inertia" in table.note
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "damping", "names"),
+    [
+        (lambda x: 207.0 * np.exp(267.2 * x), lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"k2", "d1", "d2", "inertia"}),
+        (lambda x: 650.0 + 7.5e5 * x, lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"d1", "d2", "inertia"}),
+        (lambda x: 207.0 * np.exp(267.2 * x), lambda v: 4000.0 / np.cosh(430.0 * v) ** 2, {"k2", "inertia"}),
+    ],
+    ids=("paper", "quadratic spring", "soft knee"),
+)
+def test_true_coefficients_are_those_that_describe_the_rig(stiffness, damping, names):
+    time = np.linspace(0.0, 20.0, 2000)
+    x, v = 0.010 + 0.004 * np.sin(0.5 * time), 0.002 * np.cos(0.5 * time)
+    columns = {"deflection": x, "velocity": v, "inertia": np.full(2000, 0.4)}
+    found = coefficients(columns | {"stiffness": stiffness(x), "damping": damping(v)})
+    assert set(found) == names
+    expected = {"k2": 267.2, "d1": 4000.0, "d2": -1.089e8, "inertia": 0.4}
+    assert found == pytest.approx({name: expected[name] for name in names}, rel=1e-6)
 
 
 def test_without_truth_table_1_has_no_empty_columns(run):

@@ -33,7 +33,7 @@ RIGS = {
         "transmission_2": Coefficients(20.0, 1.2, 240.0, 5500.0, -1.8e8, 0.2, 0.3),
     },
 }
-HEAVY = 1000.0  # mass factor: Table I's m read in the paper's other consistent units, N, mm, s
+HEAVY_INERTIA = 5.0  # [kg], of the heavy rod
 
 
 FORCE_NOISE = {0.01: 0.017, 0.1: 0.13}  # section VI read as standard deviations, and as variances [mm -> N]
@@ -57,8 +57,8 @@ class Case:
     def coefficients(self) -> Coefficients:
         """The truth of this case."""
         base = RIGS[self.rig][self.transmission]
-        factor = HEAVY if self.mass == "heavy" else 1.0
-        return replace(base, coulomb_friction=self.coulomb_friction_n, inertia=base.inertia * factor)
+        inertia = HEAVY_INERTIA if self.mass == "heavy" else base.inertia
+        return replace(base, coulomb_friction=self.coulomb_friction_n, inertia=inertia)
 
     @property
     def label(self) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from vsa_bench.estimation.bound import equivalent_jerk_density, posterior_bound
-from vsa_bench.estimation.cases import DEFAULT, FORCE_NOISE, QUICK, RIGS, Case, case
+from vsa_bench.estimation.cases import DEFAULT, FORCE_NOISE, HEAVY_INERTIA, QUICK, RIGS, Case, case
 from vsa_bench.estimation.methods import METHODS
 from vsa_bench.estimation.recordings import record
 from vsa_bench.estimation.report import HEADER, NOTE, plot, rows
@@ -88,7 +88,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     group.add_argument("--transmission", nargs="+", choices=sorted(RIGS["paper"]))
     group.add_argument("--rig", nargs="+", choices=sorted(RIGS))
     group.add_argument("--motion", nargs="+", choices=list(MOTIONS))
-    group.add_argument("--mass", nargs="+", choices=["light", "heavy"])
+    group.add_argument("--mass", nargs="+", choices=["light", "heavy"], help=f"heavy: a rod of {HEAVY_INERTIA:g} kg")
     group.add_argument("--rate", nargs="+", type=int, dest="rate_hz", metavar="HZ", help="100 or 1000")
     group.add_argument(
         "--noise", nargs="+", type=float, dest="deflection_noise_mm", metavar="MM", help="of deflection; "

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from vsa_bench.estimation.cases import Case
+from vsa_bench.estimation.cases import Case, Coefficients
 
 BAD_FORCE_OFFSET_SHARE = 0.5  # standard deviation of a bad force offset, as a share of the first force
 
@@ -40,19 +40,27 @@ def draw(case: Case, first_deflection: float, seed: int) -> Start:
         return Start(
             {n: max(v, 0.1 * true[n]) if n in ("d1", "inertia") else v for n, v in _positive(value).items()}, std
         )
-    high = random.random() < 0.5
     elastic = c.k1 * math.exp(c.k2 * first_deflection)
+    return wrong_start(c, elastic * c.k2, c.force_offset + elastic, random)
+
+
+def wrong_start(c: Coefficients, stiffness: float, force: float, random: np.random.Generator) -> Start:
+    """A bad start for any elastic law, about the stiffness [N/m] and static force [N] at the first sample.
+
+    The stiffness is a factor 2 too high or too low, k2 30 % off that of `c`, the other coefficients are off theirs.
+    """
+    high = random.random() < 0.5
     k2 = c.k2 * (1.3 if high else 0.7)
-    start_elastic = elastic * c.k2 * (2.0 if high else 0.5) / k2
+    start_elastic = stiffness * (2.0 if high else 0.5) / k2
     value = {
         "k2": k2,
         "d1": c.d1 * (0.6 if random.random() < 0.5 else 1.6),
         "d2": 0.5 * c.d2,
         "inertia": 2.0 * c.inertia,
     }
-    value |= {"force_offset": c.force_offset + elastic - start_elastic, "coulomb_friction": 0.3}
+    value |= {"force_offset": force - start_elastic, "coulomb_friction": 0.3}
     std = {"k2": 0.3 * k2, "d1": 0.6 * value["d1"], "d2": -value["d2"], "inertia": value["inertia"]}
-    std |= {"force_offset": BAD_FORCE_OFFSET_SHARE * (c.force_offset + elastic), "coulomb_friction": 0.3}
+    std |= {"force_offset": BAD_FORCE_OFFSET_SHARE * force, "coulomb_friction": 0.3}
     return Start(value, std)
 
 

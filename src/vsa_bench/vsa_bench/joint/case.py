@@ -10,7 +10,10 @@ from vsa_joint.experiment.excitation import FRICTION_LINES, RESPONSE_LINES, Mult
 from vsa_joint.geometry import Joint, TendonPath
 from vsa_joint.impedance.reflection import Impedance, Transmissions
 from vsa_joint.settings import JointConfig
+from vsa_simulator.laws.config import ForceLaws
+from vsa_simulator.laws.springs import EXPONENTIAL, SpringConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig, TransmissionConfig
+from vsa_simulator.rig.transmission import spring_deflection, stiffness, transmission_from
 
 RATE_HZ, EXACT_RATE_HZ = 200, 1000  # the second for lines up to 20 Hz
 SMALL_TORQUE = 0.02  # N m rms, without friction
@@ -28,6 +31,7 @@ class Case:
     tendon_stiffness: float
     coulomb_friction: float
     seed: int
+    spring: str = EXPONENTIAL  # elastic law of both transmissions
 
     @property
     def frictionless(self) -> bool:
@@ -48,6 +52,7 @@ def rig_config(case: Case) -> RigConfig:
         rig,
         rate_hz=case.rate_hz,
         seed=case.seed,
+        spring=SpringConfig(case.spring),
         transmission_1=replace(rig.transmission_1, **changes),
         transmission_2=replace(rig.transmission_2, **changes),
     )
@@ -76,10 +81,11 @@ def external_torque(case: Case, rig: RigConfig) -> Multisine:
 
 def transmissions_at_rest(case: Case, rig: RigConfig) -> Transmissions:
     """Impedance of both transmissions with held motors."""
-    first, second = (
-        Impedance(c.k2 * (case.force - c.force_offset), c.d1, c.inertia)
-        for c in (rig.transmission_1, rig.transmission_2)
-    )
+    impedances = []
+    for c in (rig.transmission_1, rig.transmission_2):
+        p = transmission_from(c, rig)
+        impedances.append(Impedance(stiffness(spring_deflection(case.force, p), p), c.d1, c.inertia))
+    first, second = impedances
     return first, second
 
 
@@ -124,7 +130,7 @@ def estimator_config(coefficients: TransmissionConfig, rig: RigConfig, index: in
     )
 
 
-def travel(force: float, coefficients: TransmissionConfig) -> float:
+def travel(force: float, coefficients: TransmissionConfig, laws: ForceLaws) -> float:
     """Tendon travel [m] at which a transmission bears `force` [N] with the joint at zero."""
-    deflection = math.log((force - coefficients.force_offset) / coefficients.k1) / coefficients.k2
+    deflection = spring_deflection(force, transmission_from(coefficients, laws))
     return 2.0 * deflection + force / (2.0 * coefficients.tendon_stiffness)

@@ -18,6 +18,7 @@ from vsa_common.io.bags import BagError
 from vsa_common.terminal import progress, show_table
 from vsa_joint.experiment.excitation import PERIOD
 from vsa_joint.settings import JointConfig
+from vsa_simulator.laws.springs import EXPONENTIAL, SPRINGS
 
 FORCES = (19.5, 30.0, 50.0, 80.0, 120.0)  # N, levels of co-contraction
 TENDONS = (2e4, 1e5, 2e6)  # N/m
@@ -36,7 +37,8 @@ def main(argv: list[str] | None = None) -> int:
         for outcome in pool.map(run, cases):
             outcomes.append(outcome)
             bar.advance()
-    show_table("Joint impedance: experiment and estimate", HEADER, rows(outcomes), NOTE, texts=0)
+    spring = "" if arguments.spring == EXPONENTIAL else f", {arguments.spring} spring"
+    show_table(f"Joint impedance: experiment and estimate{spring}", HEADER, rows(outcomes), NOTE, texts=0)
     print(summary(outcomes))
     if arguments.json:
         arguments.json.write_text(json.dumps({"cases": [case_json(o) for o in outcomes]}, indent=1) + "\n")
@@ -78,7 +80,7 @@ def _cases(arguments: argparse.Namespace) -> list[Case]:
         repeats = seeds if friction else 1
         first = arguments.seed + (1000 if friction == max(FRICTIONS) else 0)
         chosen += [
-            Case(force, tendon, friction, first + repeat)
+            Case(force, tendon, friction, first + repeat, arguments.spring)
             for tendon, force, repeat in product(tendons, forces, range(repeats))
         ]
     return chosen
@@ -95,12 +97,10 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--tendon", nargs="+", type=float, default=[1e-3 * k for k in TENDONS], metavar="N/mm")
     parser.add_argument(
-        "--friction",
-        nargs="+",
-        type=float,
-        default=[0.0, *FRICTIONS],
-        metavar="N",
-        help="friction of each transmission",
+        "--friction", nargs="+", type=float, default=[0.0, *FRICTIONS], metavar="N", help="of each transmission"
+    )
+    parser.add_argument(
+        "--spring", choices=[EXPONENTIAL, *SPRINGS], default=EXPONENTIAL, help="elastic law of both transmissions"
     )
     parser.add_argument(
         "--seeds", type=int, default=SEEDS, metavar="COUNT", help=f"runs a case with friction ({SEEDS})"

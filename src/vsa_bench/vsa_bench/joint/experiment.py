@@ -126,7 +126,7 @@ def record(case: Case, config: RigConfig) -> Recording:
     coefficients = (config.transmission_1, config.transmission_2)
     for k in range(round((EXCITATION + SETTLING) * COMMAND_RATE_HZ)):
         force = _excitation_force(k / COMMAND_RATE_HZ, case.force)
-        rig.command(*(travel(force, c) / config.motors.pulley_radius for c in coefficients))
+        rig.command(*(travel(force, c, config) / config.motors.pulley_radius for c in coefficients))
         parts.append(rig.advance(case.rate_hz // COMMAND_RATE_HZ))
     parts.append(rig.advance(round((1 + PERIODS) * PERIOD * case.rate_hz)))
     counts = np.concatenate([part.readings.counts for part in parts])

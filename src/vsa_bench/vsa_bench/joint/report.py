@@ -81,6 +81,7 @@ def case_json(o: Outcome) -> dict[str, Any]:
         "coulomb_friction": o.case.coulomb_friction,
         "amplitude_nm": o.torque_rms,
         "seed": o.case.seed,
+        "spring": o.case.spring,
         "expansion_valid": o.expansion_valid,
         "identified": asdict(o.identified.impedance),
         "identified_std": asdict(o.identified.std),

@@ -189,7 +189,7 @@ def node_values(path: str | Path, node: str) -> dict[str, Any]:
         if key == "/**" or str(key).rsplit("/", 1)[-1] == node:
             if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
                 raise ConfigurationError(f"{path}: {key} has no ros__parameters")
-            values |= _flat(section["ros__parameters"])
+            values |= flatten_tree(section["ros__parameters"])
     return values
 
 
@@ -209,11 +209,12 @@ def read_parameter_file(path: str | Path) -> dict[str, Any]:
     return tree
 
 
-def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def flatten_tree(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Flat values ("initial.k2": 267.2) of nested ones."""
     flat: dict[str, Any] = {}
     for name, value in tree.items():
         if isinstance(value, dict):
-            flat |= _flat(value, f"{prefix}{name}.")
+            flat |= flatten_tree(value, f"{prefix}{name}.")
         else:
             flat[f"{prefix}{name}"] = value
     return flat

@@ -1,4 +1,4 @@
 """Model of the rig. Input: configuration, motor commands, disturbance torque. Output: sensor readings, ground truth.
 
-Permitted imports: vsa_common, numpy
+Permitted imports: vsa_common, vsa_simulator.laws, numpy
 """

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from vsa_common.config.configuration import choice, group, quantities, quantity
+from vsa_common.config.configuration import group, quantities, quantity
+from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.rig.motion import ProfileConfig
 
 
@@ -16,7 +17,7 @@ class TransmissionConfig:
     d1: float = quantity(4000.0, "N s/m", 10.0, 1e5, "damping at rest, (5)")
     d2: float = quantity(-1.089e8, "N s^3/m^3", -1e10, -1e4, "fall of the damping with speed, (5), Table I")
     coulomb_friction: float = quantity(0.3, "N", 0.0, 20.0, "d0 of (5)")
-    inertia: float = quantity(0.3755, "kg", 0.01, 1000.0, "mass that moves with the rod, Table I")
+    inertia: float = quantity(0.3755, "kg", 0.1, 10.0, "mass that moves with the rod, Table I")
     tendon_stiffness: float = quantity(1e5, "N/m", 1e3, 1e8, "stiffness of the tendon")
 
 
@@ -28,19 +29,7 @@ class SecondTransmissionConfig(TransmissionConfig):
     k1: float = quantity(7.031, "N", 0.01, 100.0, "scale of the spring's exponential, (20)")
     k2: float = quantity(165.6, "1/m", 20.0, 1000.0, "rate of the spring's exponential, (20)")
     d2: float = quantity(-1.17e8, "N s^3/m^3", -1e10, -1e4, "fall of the damping with speed, (5), Table I")
-    inertia: float = quantity(0.2295, "kg", 0.01, 1000.0, "mass that moves with the rod, Table I")
-
-
-@dataclass(frozen=True)
-class FrictionConfig:
-    """Model of Coulomb friction about zero velocity."""
-
-    model: str = choice("tanh", ("tanh", "lugre"), "tanh: smooth, without sticking; lugre: bristles, stick-slip")
-    smoothing_speed: float = quantity(5e-5, "m/s", 1e-6, 1e-2, "tanh: speed at which the friction is 76 % of d0")
-    bristle_stiffness: float = quantity(1e6, "N/m", 1e4, 1e8, "lugre: stiffness of the contact before it slips")
-    bristle_damping: float = quantity(0.0, "N s/m", 0.0, 1e5, "lugre: damping of the contact before it slips")
-    static_ratio: float = quantity(1.5, "", 1.0, 5.0, "lugre: breakaway force over d0; 1 makes it Dahl's model")
-    stribeck_speed: float = quantity(1e-4, "m/s", 1e-6, 1e-1, "lugre: speed at which friction has fallen to d0")
+    inertia: float = quantity(0.2295, "kg", 0.1, 10.0, "mass that moves with the rod, Table I")
 
 
 @dataclass(frozen=True)
@@ -91,16 +80,31 @@ class SensorConfig:
 
 
 @dataclass(frozen=True)
-class RigConfig:
-    """The whole rig."""
+class SensorErrorConfig:
+    """Systematic errors of the sensors of both transmissions; none by default."""
+
+    force_delay: float = quantity(0.0, "s", 0.0, 1.0, "age of the force when the encoder is read")
+    force_lowpass: float = quantity(0.0, "Hz", 0.0, 1e4, "cut-off of a first-order low-pass of the force; 0: none")
+    force_hysteresis: float = quantity(0.0, "N", 0.0, 50.0, "greatest hysteresis of the force sensor; 0: none")
+    force_hysteresis_span: float = quantity(5.0, "N", 0.01, 1000.0, "change of force in which a reversal is complete")
+    force_drift: float = quantity(0.0, "N/min", -100.0, 100.0, "drift of the force sensor's zero")
+    crosstalk: float = quantity(0.0, "", -0.5, 0.5, "share of the other transmission's force in each reading")
+    encoder_cyclic: float = quantity(0.0, "m", 0.0, 1e-3, "amplitude of the encoder's cyclic error; 0: none")
+    encoder_pitch: float = quantity(0.002, "m", 1e-5, 0.1, "deflection of one period of that error")
+    frame_jitter: float = quantity(0.0, "s", 0.0, 0.01, "greatest random delay of a sample's frames, hence of stamps")
+
+
+@dataclass(frozen=True)
+class RigConfig(ForceLaws):
+    """The whole rig: force laws of both transmissions and everything else."""
 
     rate_hz: int = quantity(1000, "Hz", 10, 10000, "samples a second")
     seed: int = quantity(0, "", 0, 2**31 - 1, "seed of the sensor noise")
     transmission_1: TransmissionConfig = group(TransmissionConfig)
     transmission_2: SecondTransmissionConfig = group(SecondTransmissionConfig)
-    friction: FrictionConfig = group(FrictionConfig)
     joint: JointConfig = group(JointConfig)
     torque: TorqueConfig = group(TorqueConfig)
     motors: MotorConfig = group(MotorConfig)
     sensors: SensorConfig = group(SensorConfig)
+    sensor_errors: SensorErrorConfig = group(SensorErrorConfig)
     profile: ProfileConfig = group(ProfileConfig)

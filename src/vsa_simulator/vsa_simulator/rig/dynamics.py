@@ -12,19 +12,22 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_simulator.rig.motion import Table, fade, position
-from vsa_simulator.rig.parameters import Command, Joint, Load, Model, Pair, Record, Steps, model_of
+from vsa_simulator.rig.parameters import Command, Curves, Joint, Load, Model, Pair, Record, Steps, model_of
 from vsa_simulator.rig.transmission import (
-    bristle_rate,
+    Rod,
     damping,
-    rod_acceleration,
+    elastic_scale,
+    rod_rates,
     spring_deflection,
     spring_force,
     stiffness,
 )
 
-# State of the rig, SI: shaft, rods with the bristles of their friction, motors as travel of their tendons.
-ANGLE, SPEED, X1, V1, Z1, X2, V2, Z2, Q1, W1, Q2, W2 = range(12)
-STATES = 12
+# State of the rig, SI: both rods, columns as in `Rod`, shaft, motors as travel of their tendons.
+ROD = len(Rod._fields)
+X1, X2 = 0, ROD
+ANGLE, SPEED, Q1, W1, Q2, W2 = range(2 * ROD, 2 * ROD + 6)
+STATES = 2 * ROD + 6
 
 SIDE = ("deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
 JOINT = ("angle", "angular_velocity", "external_torque", "tension_1", "tension_2", "motor_1", "motor_2")
@@ -37,16 +40,16 @@ JOINT_ANGLE, JOINT_SPEED, TORQUE, TENSION_1, TENSION_2, MOTOR_1, MOTOR_2 = range
 
 
 @compiled
-def advance_rig(y: Array, record: Record, tones: Array, table: Table, first: int, truth: Array) -> None:
+def advance_rig(y: Array, record: Record, curves: Curves, tones: Array, table: Table, first: int, truth: Array) -> None:
     """Integrate the rig of `record` (1,) over the samples from `first` on.
 
     Fills the rows of `truth` (samples, len(TRUTH)), and leaves the state `y` (STATES,) one sample after the last.
-    `tones` are those of the torque, `table` is that of the motion.
+    `curves` are those of the laws, `tones` those of the torque, `table` is that of the motion.
     """
     r = record[0]
     steps = Steps(int(r["steps"]["per_sample"]), float(r["steps"]["length"]))
     command = Command(r["command"]["active"], r["command"]["travel_1"], r["command"]["travel_2"])
-    _advance(y, first, steps, model_of(r, tones, table), command, truth)
+    _advance(y, first, steps, model_of(r, curves, tones, table), command, truth)
 
 
 @compiled
@@ -75,7 +78,7 @@ def _advance(y: Array, first: int, steps: Steps, model: Model, command: Command,
                 _profile_travels(time + 0.5 * step + lead, model, targets[1])
                 _profile_travels(time + step + lead, model, targets[2])
             torque = _torque_at(time, model.load)
-            _derivative(y, torque, targets[0], model, rates[0])
+            _derivative(y, time, torque, targets[0], model, rates[0])
             if sub == 0:
                 _write_truth(truth[row], time, y, rates[0], torque, model)
             _finish_step(y, time, step, targets, model, rates, trial)
@@ -85,16 +88,17 @@ def _advance(y: Array, first: int, steps: Steps, model: Model, command: Command,
 def _finish_step(y: Array, time: float, step: float, targets: Array, model: Model, rates: Array, trial: Array) -> None:
     """Advance the state by one step from the first of the four `rates`, that at `time`."""
     k1, k2, k3, k4 = rates[0], rates[1], rates[2], rates[3]
-    torque_middle = _torque_at(time + 0.5 * step, model.load)
+    middle, end = time + 0.5 * step, time + step
+    torque_middle = _torque_at(middle, model.load)
     for i in range(STATES):
         trial[i] = y[i] + 0.5 * step * k1[i]
-    _derivative(trial, torque_middle, targets[1], model, k2)
+    _derivative(trial, middle, torque_middle, targets[1], model, k2)
     for i in range(STATES):
         trial[i] = y[i] + 0.5 * step * k2[i]
-    _derivative(trial, torque_middle, targets[1], model, k3)
+    _derivative(trial, middle, torque_middle, targets[1], model, k3)
     for i in range(STATES):
         trial[i] = y[i] + step * k3[i]
-    _derivative(trial, _torque_at(time + step, model.load), targets[2], model, k4)
+    _derivative(trial, end, _torque_at(end, model.load), targets[2], model, k4)
     for i in range(STATES):
         y[i] += step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
 
@@ -106,20 +110,27 @@ def _profile_travels(time: float, model: Model, travels: Array) -> None:
 
 
 @compiled
-def _derivative(y: Array, torque: float, targets: Array, model: Model, rate: Array) -> None:
-    """Write the time derivative of the state into `rate`; `targets` are those of the motors' travels [m]."""
+def _derivative(y: Array, time: float, torque: float, targets: Array, model: Model, rate: Array) -> None:
+    """Write the time derivative of the state at `time` into `rate`; `targets` are those of the motors' travels [m]."""
     p, j = model.transmissions, model.joint
     t1, t2 = _tension(0, y, p, j), _tension(1, y, p, j)
     rate[ANGLE] = y[SPEED]
     rate[SPEED] = (j.radius * (t1 - t2) - j.damping * y[SPEED] + torque) / j.inertia
-    rate[X1] = y[V1]
-    rate[V1] = rod_acceleration(y[X1], y[V1], y[Z1], t1, p[0])
-    rate[Z1] = bristle_rate(y[V1], y[Z1], p[0])
-    rate[X2] = y[V2]
-    rate[V2] = rod_acceleration(y[X2], y[V2], y[Z2], t2, p[1])
-    rate[Z2] = bristle_rate(y[V2], y[Z2], p[1])
+    _write_rod(rate, X1, rod_rates(_rod(y, X1), time, t1, p[0]))
+    _write_rod(rate, X2, rod_rates(_rod(y, X2), time, t2, p[1]))
     rate[Q1], rate[W1] = y[W1], _motor_acceleration(y[Q1], y[W1], targets[0], j)
     rate[Q2], rate[W2] = y[W2], _motor_acceleration(y[Q2], y[W2], targets[1], j)
+
+
+@compiled
+def _rod(y: Array, first: int) -> Rod:
+    return Rod(y[first], y[first + 1], y[first + 2], y[first + 3], y[first + 4])
+
+
+@compiled
+def _write_rod(rate: Array, first: int, rod: Rod) -> None:
+    for i, value in enumerate(rod):
+        rate[first + i] = value
 
 
 @compiled
@@ -155,11 +166,12 @@ def _write_truth(row: Array, time: float, y: Array, rate: Array, torque: float, 
     p, j = model.transmissions, model.joint
     row[TIME] = time
     for side in range(2):
-        x, v, a = y[X1 + 3 * side], y[V1 + 3 * side], rate[V1 + 3 * side]
+        x, v, a = y[side * ROD], y[side * ROD + 1], rate[side * ROD + 1]
         tension, offset = _tension(side, y, p, j), side * SIDE_COLUMNS
         row[offset + DEFLECTION], row[offset + VELOCITY], row[offset + ACCELERATION] = x, v, a
         row[offset + FORCE], row[TENSION_1 + side] = 2.0 * tension, tension
-        row[offset + STIFFNESS], row[offset + DAMPING] = stiffness(x, p[side]), damping(v, p[side])
+        row[offset + STIFFNESS] = elastic_scale(time, p[side]) * stiffness(x, p[side])
+        row[offset + DAMPING] = damping(v, p[side])
         row[offset + INERTIA] = p[side].inertia
     row[JOINT_ANGLE], row[JOINT_SPEED], row[TORQUE] = y[ANGLE], y[SPEED], torque
     row[MOTOR_1], row[MOTOR_2] = y[Q1] / j.motor_radius, y[Q2] / j.motor_radius

@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_simulator.laws.curve import Curve
+from vsa_simulator.laws.friction import Friction
 from vsa_simulator.rig.motion import Motion, Table
 from vsa_simulator.rig.transmission import Transmission
 
 Pair = tuple[Transmission, Transmission]
+Curves = tuple[Curve, Curve, Curve, Curve]  # spring and damper of transmission 1, of transmission 2
 Record = NDArray[np.void]  # (1,) of RECORD
 
 
@@ -63,9 +66,18 @@ class Command(NamedTuple):
     travel_2: float
 
 
+_CURVES = ("spring", "damper")  # the last fields of a transmission
+_FRICTION = np.dtype(list(Friction.__annotations__.items()))
+_TRANSMISSION = np.dtype(
+    [
+        (name, _FRICTION if name == "friction" else kind)
+        for name, kind in Transmission.__annotations__.items()
+        if name not in _CURVES
+    ]
+)
 _FIELDS = {
-    "transmission_1": np.dtype(list(Transmission.__annotations__.items())),
-    "transmission_2": np.dtype(list(Transmission.__annotations__.items())),
+    "transmission_1": _TRANSMISSION,
+    "transmission_2": _TRANSMISSION,
     "joint": np.dtype(list(Joint.__annotations__.items())),
     "command": np.dtype(list(Command.__annotations__.items())),
     "steps": np.dtype(list(Steps.__annotations__.items())),
@@ -82,7 +94,8 @@ RECORD = np.dtype(list(_FIELDS.items()))
 def record_of(model: Model, steps: Steps) -> Record:
     """The scalar parameters of a model, without command."""
     record = np.zeros(1, RECORD)
-    record["transmission_1"][0], record["transmission_2"][0] = model.transmissions
+    for side, transmission in zip(("transmission_1", "transmission_2"), model.transmissions, strict=True):
+        record[side][0] = transmission[: -len(_CURVES)]
     record["joint"][0], record["steps"][0] = model.joint, steps
     record["torque_constant"], record["torque_disturbance"] = model.load.constant, model.load.disturbance
     record["torque_fade_in"] = model.load.fade_in
@@ -91,11 +104,20 @@ def record_of(model: Model, steps: Steps) -> Record:
     return record
 
 
+def curves_of(model: Model) -> Curves:
+    """The laws of both transmissions, spring and damper each."""
+    (one, two) = model.transmissions
+    return one.spring, one.damper, two.spring, two.damper
+
+
 @compiled
-def model_of(r: np.void, tones: Array, table: Table) -> Model:
-    """The model of a record, with the tones of its torque and the table of its motion."""
+def model_of(r: np.void, curves: Curves, tones: Array, table: Table) -> Model:
+    """The model of a record, with the curves of its laws, the tones of its torque and the table of its motion."""
     return Model(
-        (_transmission_of(r["transmission_1"]), _transmission_of(r["transmission_2"])),
+        (
+            _transmission_of(r["transmission_1"], curves[0], curves[1]),
+            _transmission_of(r["transmission_2"], curves[2], curves[3]),
+        ),
         _joint_of(r["joint"]),
         Load(r["torque_constant"], r["torque_disturbance"], tones, r["torque_fade_in"]),
         Motion(r["motion_centre"], int(r["motion_kind"]), table, r["motion_fade_in"]),
@@ -103,23 +125,44 @@ def model_of(r: np.void, tones: Array, table: Table) -> Model:
 
 
 @compiled
-def _transmission_of(r: np.void) -> Transmission:
+def _transmission_of(r: np.void, spring: Curve, damper: Curve) -> Transmission:
     return Transmission(
         force_offset=r["force_offset"],
         k1=r["k1"],
         k2=r["k2"],
         d1=r["d1"],
         d2=r["d2"],
-        coulomb_friction=r["coulomb_friction"],
         inertia=r["inertia"],
         tendon_stiffness=r["tendon_stiffness"],
         peak_speed=r["peak_speed"],
-        sticks=r["sticks"],
+        greatest_damping=r["greatest_damping"],
+        greatest_stiffness=r["greatest_stiffness"],
+        drift=r["drift"],
+        share=r["share"],
+        time_constant=r["time_constant"],
+        hysteresis=r["hysteresis"],
+        hysteresis_travel=r["hysteresis_travel"],
+        hysteresis_shape=r["hysteresis_shape"],
+        exponential=r["exponential"],
+        cubic=r["cubic"],
+        friction=_friction_of(r["friction"]),
+        spring=spring,
+        damper=damper,
+    )
+
+
+@compiled
+def _friction_of(r: np.void) -> Friction:
+    return Friction(
+        kind=r["kind"],
+        coulomb=r["coulomb"],
         smoothing_speed=r["smoothing_speed"],
         bristle_stiffness=r["bristle_stiffness"],
         bristle_damping=r["bristle_damping"],
-        static_friction=r["static_friction"],
+        static=r["static"],
         stribeck_speed=r["stribeck_speed"],
+        dip=r["dip"],
+        dip_speed=r["dip_speed"],
     )
 
 

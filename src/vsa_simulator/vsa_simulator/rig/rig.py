@@ -10,7 +10,7 @@ from vsa_simulator.rig.config import RigConfig, TorqueConfig
 from vsa_simulator.rig.dynamics import ANGLE, Q1, Q2, STATES, TRUTH, X1, X2, advance_rig, balanced_travels
 from vsa_simulator.rig.motion import motion_from, position
 from vsa_simulator.rig.motors import CommandWatchdog
-from vsa_simulator.rig.parameters import Command, Joint, Load, Model, Steps, record_of
+from vsa_simulator.rig.parameters import Command, Joint, Load, Model, Steps, curves_of, record_of
 from vsa_simulator.rig.sensors import Readings, Sensors
 from vsa_simulator.rig.transmission import spring_deflection, spring_force, substeps_for, transmission_from
 
@@ -36,9 +36,11 @@ class Rig:
         self.config = config
         self.sample = 0  # number of the next sample
         self._model = model_from(config)
-        substeps = max(substeps_for(config.rate_hz, side) for side in self._model.transmissions)
-        self._record = record_of(self._model, Steps(substeps, 1.0 / (config.rate_hz * substeps)))
-        self._sensors = Sensors(config.sensors, config.seed)
+        self._sensors = Sensors(config.sensors, config.sensor_errors, config.rate_hz, config.seed)
+        rate_hz = config.rate_hz * self._sensors.oversampling
+        substeps = max(substeps_for(rate_hz, side) for side in self._model.transmissions)
+        self._record = record_of(self._model, Steps(substeps, 1.0 / (rate_hz * substeps)))
+        self._curves = curves_of(self._model)
         self._motors = CommandWatchdog(config.motors.watchdog)
         self._state = self._equilibrium()
 
@@ -72,10 +74,12 @@ class Rig:
         radius = self.config.motors.pulley_radius
         travel_1, travel_2 = (radius * target[0], radius * target[1]) if target else (0.0, 0.0)
         self._record["command"] = Command(target is not None, travel_1, travel_2)
-        truth, first = np.empty((samples, len(TRUTH))), self.sample
-        advance_rig(self._state, self._record, self._model.load.tones, self._model.motion.table, first, truth)
+        first, rows = self.sample, self._sensors.oversampling
+        truth = np.empty((samples * rows, len(TRUTH)))
+        tones, table = self._model.load.tones, self._model.motion.table
+        advance_rig(self._state, self._record, self._curves, tones, table, first * rows, truth)
         self.sample += samples
-        return Samples(first, truth, self._sensors.read(truth))
+        return Samples(first, truth[::rows], self._sensors.read(truth))
 
     def _equilibrium(self) -> Array:
         (one, other), joint = self._model.transmissions, self._model.joint
@@ -95,8 +99,8 @@ def model_from(config: RigConfig) -> Model:
     """The model of a configuration. Raises ConfigurationError for inconsistent values."""
     return Model(
         (
-            transmission_from(config.transmission_1, config.friction),
-            transmission_from(config.transmission_2, config.friction),
+            transmission_from(config.transmission_1, config),
+            transmission_from(config.transmission_2, config),
         ),
         _joint_from(config),
         Load(config.torque.constant, 0.0, _torque_tones(config.torque), config.torque.fade_in),

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_simulator.rig.config import SensorConfig
+from vsa_simulator.rig.config import SensorConfig, SensorErrorConfig
 from vsa_simulator.rig.dynamics import DEFLECTION, FORCE, JOINT_ANGLE, MOTOR_1, MOTOR_2, SIDE_COLUMNS, TORQUE
+from vsa_simulator.rig.sensor_errors import NO_ERRORS, ForceErrors, encoder_error, oversampling
 
 ENCODER_COUNTS = 1 << 16
 
@@ -16,6 +17,9 @@ ENCODER_COUNTS = 1 << 16
 _FORCE, _COUNT, _ANGLE, _TORQUE = 0, 2, 4, 5
 _CHANNELS = 6
 _DRAW = 4096  # samples whose noise is drawn in one call
+
+_FORCES = [FORCE, FORCE + SIDE_COLUMNS]  # columns of truth
+_DEFLECTIONS = [DEFLECTION, DEFLECTION + SIDE_COLUMNS]
 
 RECORD = np.dtype([(name, float) for name in SensorConfig.__annotations__])
 
@@ -31,9 +35,15 @@ class Readings(NamedTuple):
 
 
 class Sensors:
-    """Sensors with their own noise; blocks of any size give the same sequence."""
+    """Sensors with their own noise; blocks of any size give the same sequence.
 
-    def __init__(self, config: SensorConfig, seed: int) -> None:
+    `read` expects `oversampling` rows of truth a sample, the first of them at the sample.
+    """
+
+    def __init__(self, config: SensorConfig, errors: SensorErrorConfig, rate_hz: float, seed: int) -> None:
+        self.oversampling = oversampling(errors, rate_hz)
+        self._errors = errors
+        self._force_errors = ForceErrors(errors, rate_hz * self.oversampling)
         self._record = np.array([tuple(getattr(config, name) for name in RECORD.names or ())], RECORD)
         self._random = np.random.default_rng(seed)
         self._noise: Array = np.empty((0, _CHANNELS))
@@ -41,11 +51,19 @@ class Sensors:
 
     def read(self, truth: Array) -> Readings:
         """Readings of rows of truth (columns as in `TRUTH`)."""
-        noise = self._draw(len(truth))
-        values = np.empty((len(truth), _CHANNELS))
-        _measure(truth, noise, self._record, values)
-        motors = truth[:, MOTOR_1 : MOTOR_2 + 1]
+        sensed = truth if self._errors == NO_ERRORS else self._with_errors(truth)
+        noise = self._draw(len(sensed))
+        values = np.empty((len(sensed), _CHANNELS))
+        _measure(sensed, noise, self._record, values)
+        motors = sensed[:, MOTOR_1 : MOTOR_2 + 1]
         return Readings(values[:, 0:2], values[:, 2:4], values[:, _ANGLE], values[:, _TORQUE], motors)
+
+    def _with_errors(self, truth: Array) -> Array:
+        """The samples of `truth`, with systematic errors of forces and deflections."""
+        sensed, forces = truth[:: self.oversampling].copy(), truth[:, _FORCES]
+        sensed[:, _FORCES] = self._force_errors.apply(forces, forces[:, ::-1])[:: self.oversampling]
+        sensed[:, _DEFLECTIONS] += encoder_error(sensed[:, _DEFLECTIONS], self._errors)
+        return sensed
 
     def _draw(self, rows: int) -> Array:
         if self._used + rows > len(self._noise):

@@ -7,13 +7,15 @@ centre, so that the rod follows the motion up to the stretch of its tendon: F = 
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_simulator.rig.config import FrictionConfig, TransmissionConfig
+from vsa_simulator.laws.config import ForceLaws
+from vsa_simulator.rig.config import TransmissionConfig
 from vsa_simulator.rig.motion import Motion, Tone, dwells, position, tones
 from vsa_simulator.rig.transmission import (
+    Rod,
     Transmission,
-    bristle_rate,
     damping,
-    rod_acceleration,
+    elastic_scale,
+    rod_rates,
     spring_force,
     stiffness,
     substeps_for,
@@ -39,10 +41,10 @@ def simulate(
     motion: Motion,
     duration: float,
     rate_hz: int,
-    friction: FrictionConfig = FrictionConfig(),  # noqa: B008 (frozen)
+    laws: ForceLaws = ForceLaws(),  # noqa: B008 (frozen)
 ) -> Array:
     """Ground truth of `duration` [s] from rest, (samples, len(COLUMNS)), SI."""
-    p = transmission_from(transmission, friction)
+    p = transmission_from(transmission, laws)
     substeps = substeps_for(rate_hz, p)
     truth = np.empty((round(duration * rate_hz), len(COLUMNS)))
     _integrate(p, motion, substeps, 1.0 / (rate_hz * substeps), truth)
@@ -60,28 +62,52 @@ def _tension(x: float, travel: float, p: Transmission) -> float:
 
 
 @compiled
+def _rates(rod: Rod, time: float, travel: float, p: Transmission) -> Rod:
+    return rod_rates(rod, time, _tension(rod.x, travel, p), p)
+
+
+@compiled
+def _moved(rod: Rod, rate: Rod, time: float) -> Rod:
+    """The state after `time` [s] at a constant rate."""
+    x, v, z = rod.x + time * rate.x, rod.v + time * rate.v, rod.z + time * rate.z
+    return Rod(x, v, z, rod.q + time * rate.q, rod.y + time * rate.y)
+
+
+@compiled
+def _weighted(one: Rod, two: Rod, three: Rod, four: Rod) -> Rod:
+    """Weighted sum of the four rates of a step."""
+    return Rod(
+        one.x + 2.0 * (two.x + three.x) + four.x,
+        one.v + 2.0 * (two.v + three.v) + four.v,
+        one.z + 2.0 * (two.z + three.z) + four.z,
+        one.q + 2.0 * (two.q + three.q) + four.q,
+        one.y + 2.0 * (two.y + three.y) + four.y,
+    )
+
+
+@compiled
 def _integrate(p: Transmission, motion: Motion, substeps: int, step: float, truth: Array) -> None:
     """Runge-Kutta method of fourth order from rest at the start of the motion; `dynamics` has the whole joint."""
     offset = 0.5 * spring_force(motion.centre, p) / p.tendon_stiffness
-    x, v, z = position(0.0, motion), 0.0, 0.0
+    rod, half = Rod(position(0.0, motion), 0.0, 0.0, 0.0, 0.0), 0.5 * step
     end = _end_travel(0.0, offset, motion)
     for row in range(truth.shape[0]):
         for sub in range(substeps):
             time = (row * substeps + sub) * step
             begin = end
-            middle, end = _end_travel(time + 0.5 * step, offset, motion), _end_travel(time + step, offset, motion)
-            tension = _tension(x, begin, p)
-            a1, b1 = rod_acceleration(x, v, z, tension, p), bristle_rate(v, z, p)
+            middle, end = _end_travel(time + half, offset, motion), _end_travel(time + step, offset, motion)
+            one = _rates(rod, time, begin, p)
             if sub == 0:
-                truth[row, TIME], truth[row, FORCE], truth[row, INERTIA] = time, 2.0 * tension, p.inertia
-                truth[row, DEFLECTION], truth[row, VELOCITY], truth[row, ACCELERATION] = x, v, a1
-                truth[row, STIFFNESS], truth[row, DAMPING] = stiffness(x, p), damping(v, p)
-            x2, v2, z2 = x + 0.5 * step * v, v + 0.5 * step * a1, z + 0.5 * step * b1
-            a2, b2 = rod_acceleration(x2, v2, z2, _tension(x2, middle, p), p), bristle_rate(v2, z2, p)
-            x3, v3, z3 = x + 0.5 * step * v2, v + 0.5 * step * a2, z + 0.5 * step * b2
-            a3, b3 = rod_acceleration(x3, v3, z3, _tension(x3, middle, p), p), bristle_rate(v3, z3, p)
-            x4, v4, z4 = x + step * v3, v + step * a3, z + step * b3
-            a4, b4 = rod_acceleration(x4, v4, z4, _tension(x4, end, p), p), bristle_rate(v4, z4, p)
-            x += step / 6.0 * (v + 2.0 * (v2 + v3) + v4)
-            v += step / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
-            z += step / 6.0 * (b1 + 2.0 * (b2 + b3) + b4)
+                _write_truth(truth[row], time, rod, one.v, begin, p)
+            two = _rates(_moved(rod, one, half), time + half, middle, p)
+            three = _rates(_moved(rod, two, half), time + half, middle, p)
+            four = _rates(_moved(rod, three, step), time + step, end, p)
+            rod = _moved(rod, _weighted(one, two, three, four), step / 6.0)
+
+
+@compiled
+def _write_truth(row: Array, time: float, rod: Rod, acceleration: float, travel: float, p: Transmission) -> None:
+    """Fill one row of truth, columns as in `COLUMNS`."""
+    row[TIME], row[FORCE], row[INERTIA] = time, 2.0 * _tension(rod.x, travel, p), p.inertia
+    row[DEFLECTION], row[VELOCITY], row[ACCELERATION] = rod.x, rod.v, acceleration
+    row[STIFFNESS], row[DAMPING] = elastic_scale(time, p) * stiffness(rod.x, p), damping(rod.v, p)

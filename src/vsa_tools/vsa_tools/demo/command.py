@@ -22,6 +22,7 @@ from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
 from vsa_tools.demo.isolation import IsolationError, claim_domain
 from vsa_tools.demo.parameters import Layer, base_parameters, merge, perturbed_initial_values, write_parameters
 from vsa_tools.demo.report_process import Reporter
+from vsa_tools.demo.rig_options import add_rig_options, rig_changes
 from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 
 RATE_HZ = 500  # without loss on two cores, recorder included
@@ -124,6 +125,7 @@ def write_run(folder: Path, options: argparse.Namespace, bus_port: int, changes:
             "truth_file": str(folder.resolve() / "truth.csv"),
             "autostart_clock": False,
             "bus": bus,
+            **rig_changes(options),
         },
         "driver": {"autostart": False, "bus": bus},
         "recorder": {"out": str(folder.resolve() / "bag")},
@@ -196,6 +198,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--view", action="store_true", help="serve the live page during the run")
     names = ", ".join(scenario_names()) or "none"
     add("--scenario", default="", metavar="NAME", help=f"scenario besides the plain motion: {names}")
+    add_rig_options(parser)
     return parser
 
 

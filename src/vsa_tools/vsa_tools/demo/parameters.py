@@ -1,6 +1,5 @@
 """Parameter file of a run: layers of parameters merged over those of paper_rig.yaml."""
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,16 @@ from typing import Any
 import numpy as np
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from vsa_common.config.configuration import read_parameter_file
+from vsa_common.config.configuration import build, flatten, flatten_tree, parameters, read_parameter_file
+from vsa_simulator.rig.config import RigConfig, TransmissionConfig
+from vsa_simulator.rig.transmission import (
+    Transmission,
+    damping,
+    spring_deflection,
+    spring_force,
+    stiffness,
+    transmission_from,
+)
 from vsa_tools.demo.start_values import perturbed
 
 Tree = dict[str, Any]
@@ -63,11 +71,23 @@ def perturbed_initial_values(rig: Mapping[str, Any], seed: int) -> dict[str, dic
 
     Both rods start at rest, where the forces of the springs balance the external torque.
     """
-    first, second = rig["transmission_1"], rig["transmission_2"]
-    force = first["force_offset"] + first["k1"] * math.exp(first["k2"] * rig["profile"]["centre"])
-    torque_force = 2.0 * rig.get("torque", {}).get("constant", 0.0) / rig["joint"]["radius"]
+    names = {parameter.name for parameter in parameters(RigConfig)}
+    config = build(RigConfig, {name: value for name, value in flatten_tree(rig).items() if name in names})
+    sides = (config.transmission_1, config.transmission_2)
+    first, second = (transmission_from(side, config) for side in sides)
+    force = spring_force(config.profile.centre, first)
+    other = force + 2.0 * config.torque.constant / config.joint.radius
+    rest = ((first, config.profile.centre, force), (second, spring_deflection(other, second), other))
     generator = np.random.default_rng(seed)
     return {
-        f"estimator_{i}": {"initial": perturbed(side, rod_force, generator)}
-        for i, (side, rod_force) in enumerate(((first, force), (second, force + torque_force)), 1)
+        f"estimator_{i}": {"initial": perturbed(_paper_law(side, p, x), rod_force, generator)}
+        for i, (side, (p, x, rod_force)) in enumerate(zip(sides, rest, strict=True), 1)
     }
+
+
+def _paper_law(config: TransmissionConfig, p: Transmission, deflection: float) -> dict[str, float]:
+    """Coefficients of the paper's law with force, stiffness and damping of the rig at rest at `deflection` [m]."""
+    values: dict[str, float] = flatten(config) | {"d1": damping(0.0, p)}
+    if not p.exponential:
+        values["force_offset"] = spring_force(deflection, p) - stiffness(deflection, p) / p.k2
+    return values

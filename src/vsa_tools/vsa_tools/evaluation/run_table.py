@@ -6,7 +6,13 @@ from typing import Any
 from vsa_common.terminal import show_table
 from vsa_tools.evaluation.summary import Z95
 
-PAPER_UNITS = {"k2": (1e-3, "1/mm"), "d2": (1e-9, "N s^3/mm^3"), "inertia": (1.0, "kg")}
+PAPER_UNITS = {
+    "k2": (1e-3, "1/mm"),
+    "d2": (1e-9, "N s^3/mm^3"),
+    "stiffness": (1e-3, "N/mm"),
+    "damping": (1e-3, "N s/mm"),
+    "inertia": (1.0, "kg"),
+}
 
 
 def show(summary: Mapping[str, Any]) -> None:
@@ -14,7 +20,7 @@ def show(summary: Mapping[str, Any]) -> None:
     rows = [
         row
         for side, figures in summary["transmissions"].items()
-        for row in (_coefficient_row(side, name, figures[name]) for name in PAPER_UNITS)
+        for row in (_coefficient_row(side, name, figures[name]) for name in _listed(figures))
     ]
     columns = ("", "coefficient", "start", "estimate (95 %)", "truth", "error")
     show_table("Coefficients at the end, as in Table I of the paper", columns, rows, texts=2)
@@ -30,11 +36,17 @@ def show(summary: Mapping[str, Any]) -> None:
     show_table("Stiffness and damping against the truth", heads, quality, note)
 
 
+def _listed(figures: Mapping[str, Any]) -> list[str]:
+    """Names of a table's rows: with laws other than the paper's, stiffness and damping in place of k2 and d2."""
+    absent = ("k2", "d2") if "stiffness" in figures else ("stiffness", "damping")
+    return [name for name in PAPER_UNITS if name not in absent]
+
+
 def _coefficient_row(side: str, name: str, figures: Mapping[str, Any]) -> list[str]:
     scale, unit = PAPER_UNITS[name]
     start, estimate, std, truth = (figures[key] * scale for key in ("start", "estimate", "std", "truth"))
     observable = figures.get("valid", True)
-    error = f"{100.0 * (estimate / truth - 1.0):+.2f} %" if observable else "not observable here"
+    error = f"{100.0 * (estimate / truth - 1.0):+.2f} %" if observable and truth else "not observable here"
     return [side, f"{name}, {unit}", f"{start:.4g}", f"{estimate:.5g} ± {Z95 * std:.2g}", f"{truth:.5g}", error]
 
 

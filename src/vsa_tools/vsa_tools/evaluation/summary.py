@@ -37,7 +37,7 @@ class Coefficient:
     start: float
     estimate: float
     std: float
-    truth: float
+    truth: float | None  # None: not defined for the rig's law
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Transmission:
     sample: Integers
     stiffness: Series
     damping: Series
-    coefficients: Mapping[str, Coefficient]  # k2, d2, inertia; SI
+    coefficients: Mapping[str, Coefficient]  # k2, d2, inertia; SI; stiffness and damping for other laws than (2), (5)
     inertia_valid: bool
 
 

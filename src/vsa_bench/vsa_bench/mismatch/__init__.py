@@ -1,0 +1,4 @@
+"""Estimator and peers on transmissions and sensors that differ from the paper's. Input: cases. Output: figures, bars.
+
+Permitted imports: vsa_common, vsa_estimator, vsa_simulator, vsa_bench.estimation, vsa_bench.peers, numpy
+"""

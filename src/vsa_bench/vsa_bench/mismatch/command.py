@@ -1,0 +1,129 @@
+"""`./vsa bench mismatch`: the estimator beside peers where transmission or sensors are not the paper's."""
+
+import argparse
+import json
+import os
+import secrets
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from vsa_bench.estimation.methods import precompile
+from vsa_bench.mismatch.cases import ALL, GROUP_OF, MOTIONS, QUICK, RATES_HZ, VARIANTS, Case, chosen
+from vsa_bench.mismatch.recorded import compare_all
+from vsa_bench.mismatch.run import run_case
+from vsa_bench.mismatch.table import markdown, show
+from vsa_common.fork import ForkedTasks, ReportProgress
+from vsa_common.ros.realtime import limit_blas_threads
+from vsa_common.terminal import progress
+
+SEEDS, QUICK_SEEDS = 3, 1
+SECONDS = 60.0
+SHARED_DATA = Path("shared", "data")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; its exit code."""
+    arguments = _arguments(argv)
+    try:
+        report = json.loads(arguments.from_json.read_text()) if arguments.from_json else _run(arguments)
+    except (OSError, json.JSONDecodeError) as error:
+        print(f"bench mismatch: {error}", file=sys.stderr)
+        return 1
+    if arguments.json:
+        arguments.json.parent.mkdir(parents=True, exist_ok=True)
+        arguments.json.write_text(json.dumps(report, indent=1) + "\n")
+    if arguments.markdown:
+        print(markdown(report))
+    else:
+        show(report)
+    return 0
+
+
+def _run(arguments: argparse.Namespace) -> dict[str, Any]:
+    cases = list(chosen(QUICK if arguments.quick else ALL, arguments.case, arguments.motion, arguments.rate))
+    base = secrets.randbits(31) if arguments.seed is None else arguments.seed
+    count = arguments.seeds or (QUICK_SEEDS if arguments.quick else SEEDS)
+    seeds = np.random.SeedSequence(base).generate_state(count).tolist()
+    results = run_cases(cases, seeds, arguments.seconds, arguments.workers)
+    recorded = [] if arguments.no_recordings else _recorded(arguments.recordings or shared_data())
+    return {"seed": base, "seconds": arguments.seconds, "cases": results, "recorded": recorded}
+
+
+def _recorded(folder: Path | None) -> list[dict[str, Any]]:
+    """Figures of the real recordings; a line on stderr for what is not usable."""
+    if folder is None or not folder.is_dir():
+        print(f"bench mismatch: no folder {folder or SHARED_DATA}: without real recordings", file=sys.stderr)
+        return []
+    entries, skipped = compare_all(folder)
+    for line in skipped:
+        print(f"bench mismatch: {line}", file=sys.stderr)
+    return entries
+
+
+def run_cases(cases: Sequence[Case], seeds: Sequence[int], seconds: float, workers: int) -> list[dict[str, Any]]:
+    """Figures of all cases, in their order, from `workers` processes."""
+    limit_blas_threads()
+    precompile("force")
+    parts = [cases[first::workers] for first in range(min(workers, len(cases)))]
+    with progress(len(cases), "cases", count=True) as bar:
+        tasks = ForkedTasks(*(partial(_run_part, part, seeds, seconds) for part in parts))
+        by_part = tasks.results(bar.advance)
+    found = {one: result for part, results in zip(parts, by_part, strict=True)
+             for one, result in zip(part, results, strict=True)}  # fmt: skip
+    return [found[one] for one in cases]
+
+
+def _run_part(cases: Sequence[Case], seeds: Sequence[int], seconds: float, report: ReportProgress) -> list[Any]:
+    results = []
+    for one in cases:
+        try:
+            results.append(run_case(one, seeds, seconds))
+        except Exception as error:
+            raise RuntimeError(f"{one.label}, seeds {list(seeds)}: {error!r}") from error
+        report(1)
+    return results
+
+
+def shared_data() -> Path | None:
+    """`shared/data` in the current folder or in one above it; None without one."""
+    return next((one / SHARED_DATA for one in (Path.cwd(), *Path.cwd().parents) if (one / SHARED_DATA).is_dir()), None)
+
+
+def _arguments(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="bench mismatch",
+        description="Estimator and peers on transmissions and sensors that differ from the paper's, from wrong start "
+        "values, in the default configuration. Every case in five motions at 100 Hz and 1 kHz.",
+    )
+    parser.add_argument(
+        "--case", nargs="+", default=[], choices=[*VARIANTS, *GROUP_OF], metavar="NAME",
+        help=f"cases or groups: {', '.join([*VARIANTS, *GROUP_OF])}",
+    )  # fmt: skip
+    parser.add_argument("--motion", nargs="+", default=[], choices=list(MOTIONS))
+    parser.add_argument("--rate", nargs="+", type=int, default=[], choices=RATES_HZ, metavar="HZ", help="100 or 1000")
+    parser.add_argument("--seeds", type=int, metavar="COUNT", help=f"runs a case ({SEEDS}; {QUICK_SEEDS} with --quick)")
+    parser.add_argument("--seed", type=int, help="base of the seeds; random by default")
+    parser.add_argument("--seconds", type=float, default=SECONDS, help="length of a recording (%(default)g)")
+    parser.add_argument("--quick", action="store_true", help=f"{len(QUICK)} cases, one seed: within two minutes")
+    parser.add_argument(
+        "--workers", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="processes (%(default)s)"
+    )
+    parser.add_argument(
+        "--recordings", type=Path, metavar="FOLDER", help="real recordings; default: ../shared/data where it exists"
+    )
+    parser.add_argument("--no-recordings", action="store_true", help="simulated cases only")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="all figures of all seeds")
+    parser.add_argument("--from", dest="from_json", type=Path, metavar="FILE", help="no run: tables of a former --json")
+    parser.add_argument("--markdown", action="store_true", help="print the tables as Markdown")
+    arguments = parser.parse_args(argv)
+    if not list(chosen(QUICK if arguments.quick else ALL, arguments.case, arguments.motion, arguments.rate)):
+        parser.error("no case has the given --case, --motion and --rate; without --quick there are more")
+    return arguments
+
+
+if __name__ == "__main__":
+    sys.exit(main())
