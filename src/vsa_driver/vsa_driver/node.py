@@ -208,7 +208,7 @@ class DriverNode(SuiteNode[DriverSettings]):
 def main() -> int:
     """Entry point."""
     sys.setswitchinterval(THREAD_SWITCH_S)
-    return run(lambda: [DriverNode(namespace=joint) for joint in joints(sys.argv)])
+    return run(lambda: [DriverNode(namespace=joint) for joint in joints(sys.argv)], description=__doc__)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 from vsa_common.config.configuration import ConfigurationError, parameter_files, read_parameter_file
+from vsa_common.config.sections import files_without
+from vsa_common.ros.arguments import check_arguments
 from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import RCLError, SuiteNode
 from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
@@ -51,17 +53,21 @@ def run(
     args: list[str] | None = None,
     executor: Callable[[], Executor] = EventsExecutor,
     turn: Callable[[float], Turn] = Spinner,
+    description: str = "",
 ) -> int:
     """Run one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line if one cannot start.
 
     Several nodes start in their order and stop in the reverse order. `turn` is called with the pause [s] that the
     nodes request. A signal only ends the loop of turns, so a node still has its topics while it stops.
+    `description` is the text of `--help`; the default is the docstring of `create`.
     """
+    arguments = sys.argv if args is None else args
+    check_arguments(arguments, description or inspect.getdoc(create) or "")
     nodes: Nodes = []
     signals = _received_signals()
     name = f"{Path(sys.argv[0]).name}: "
     try:
-        _initialize(args)
+        _initialize(arguments)
         spinner = executor()
         name = ""  # errors of the nodes' constructors contain the node's name
         created = create()
@@ -69,6 +75,7 @@ def run(
         for node in nodes:
             name = f"{node.get_name()}: "
             spinner.add_node(node)
+            _report_missing_sections(node, arguments)
             node.autostart()
             for refusal in apply_hints(node.common.realtime):
                 node.get_logger().warning(refusal)
@@ -94,11 +101,19 @@ def _received_signals() -> list[int]:
     return signals
 
 
-def _initialize(args: list[str] | None) -> None:
-    check_parameter_files(sys.argv if args is None else args)
+def _initialize(arguments: list[str]) -> None:
+    check_parameter_files(arguments)
     tune_middleware()
     set_timer_slack()
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+
+
+def _report_missing_sections(node: SuiteNode[Any], arguments: Sequence[str]) -> None:
+    """Warn if no parameter file has a section for the node, as with another namespace or a misspelt name."""
+    if files := files_without(arguments, node.get_fully_qualified_name()):
+        node.get_logger().warning(
+            f"{', '.join(files)}: nothing for {node.get_fully_qualified_name()}; its parameters have their defaults"
+        )
 
 
 def _end_startup() -> None:
