@@ -181,8 +181,8 @@ def run_each(namespaces: Sequence[str]) -> int:
 def main() -> int:
     """Entry point."""
     sys.setswitchinterval(THREAD_SWITCH_S)
-    check_arguments(sys.argv, __doc__)
     try:
+        check_arguments(sys.argv, __doc__)
         found = joints(sys.argv)
     except ConfigurationError as error:
         print(f"composed: {error}", file=sys.stderr)

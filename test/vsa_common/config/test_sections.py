@@ -31,7 +31,9 @@ def test_patterns_apply_as_in_rcl(tmp_path):
 
 
 def test_sections_in_nested_namespaces_are_found(tmp_path):
-    (tmp_path / "nested.yaml").write_text("vsa: {left: {driver: {ros__parameters: {a: {b: 1}}}}}\n/**: {ros__parameters:}")
+    (tmp_path / "nested.yaml").write_text(
+        "vsa: {left: {driver: {ros__parameters: {a: {b: 1}}}}}\n/**: {ros__parameters:}"
+    )
     assert sections(tmp_path / "nested.yaml") == {"/vsa/left/driver": {"a": {"b": 1}}, "/**": {}}
 
 
@@ -40,7 +42,11 @@ def test_files_without_a_section_of_a_node(tmp_path):
     one.write_text("/left/driver: {ros__parameters: {a: 1}}")
     two.write_text("/**/joint: {ros__parameters: {a: 1}}")
     launch.write_text("/**: {ros__parameters: {a: 1}}")
-    arguments = ["driver", "--ros-args", *(word for file in (one, two, launch) for word in ("--params-file", str(file)))]
+    arguments = [
+        "driver",
+        "--ros-args",
+        *(word for file in (one, two, launch) for word in ("--params-file", str(file))),
+    ]
     assert files_without(arguments, "/left/driver") == []
     assert files_without(arguments, "/vsa/joint") == []
     assert files_without(arguments, "/right/driver") == [str(one), str(two)]
@@ -48,5 +54,5 @@ def test_files_without_a_section_of_a_node(tmp_path):
 
 
 def test_a_file_that_is_none_is_named(tmp_path):
-    with pytest.raises(ConfigurationError, match="absent.yaml"):
+    with pytest.raises(ConfigurationError, match=r"absent\.yaml"):
         sections(tmp_path / "absent.yaml")

@@ -1,4 +1,4 @@
-"""Executables of the suite: help, refusal of arguments that are not ROS arguments, parameter files without a section."""
+"""Command line of the nodes: help, refusal of other arguments, parameter files without a section."""
 
 import os
 import signal
@@ -59,7 +59,8 @@ def test_an_unknown_argument_of_several_joints_is_refused_once(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    ("argument", "reason"), [("--parameters", "no such ROS argument: ['--parameters']"), ("-p x", "override rule: '-p x'")]
+    ("argument", "reason"),
+    [("--parameters", "no such ROS argument: ['--parameters']"), ("-p x", "override rule: '-p x'")],
 )
 def test_a_ros_argument_that_is_none_is_refused_with_the_usage(argument, reason):
     done = run("vsa_joint", "joint", "--ros-args", *argument.split())

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vsa_common.config.configuration import parameter_files, read_parameter_file
+from vsa_common.config.configuration import flat, parameter_files, read_parameter_file
 
 PARAMETERS = "ros__parameters"
 OF_LAUNCH = "launch_params_"  # begin of the name of a file that launch_ros writes for its own parameters
@@ -29,6 +29,15 @@ def applies(pattern: str, node: str) -> bool:
     """
     tokens = pattern.strip("/").split("/")
     return bool(re.fullmatch("".join(_TOKENS.get(token, "/" + re.escape(token)) for token in tokens), node))
+
+
+def parameters_of(path: str | Path, node: str) -> dict[str, Any]:
+    """Values of a file for a node by name, `bus.channel`, unchecked; a later section has precedence, as in rcl."""
+    values: dict[str, Any] = {}
+    for pattern, tree in sections(path).items():
+        if applies(pattern, node):
+            values |= flat(tree)
+    return values
 
 
 def files_without(arguments: Sequence[str], node: str) -> list[str]:

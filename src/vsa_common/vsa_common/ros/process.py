@@ -14,9 +14,9 @@ import rclpy
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
-from vsa_common.config.configuration import ConfigurationError, parameter_files, read_parameter_file
+from vsa_common.config.configuration import ConfigurationError
 from vsa_common.config.sections import files_without
-from vsa_common.ros.arguments import check_arguments
+from vsa_common.ros.arguments import check_arguments, check_parameter_files
 from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import RCLError, SuiteNode
 from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
@@ -62,11 +62,11 @@ def run(
     `description` is the text of `--help`; the default is the docstring of `create`.
     """
     arguments = sys.argv if args is None else args
-    check_arguments(arguments, description or inspect.getdoc(create) or "")
     nodes: Nodes = []
     signals = _received_signals()
     name = f"{Path(sys.argv[0]).name}: "
     try:
+        check_arguments(arguments, description or inspect.getdoc(create) or "")
         _initialize(arguments)
         spinner = executor()
         name = ""  # errors of the nodes' constructors contain the node's name
@@ -75,10 +75,7 @@ def run(
         for node in nodes:
             name = f"{node.get_name()}: "
             spinner.add_node(node)
-            _report_missing_sections(node, arguments)
-            node.autostart()
-            for refusal in apply_hints(node.common.realtime):
-                node.get_logger().warning(refusal)
+            _start(node, arguments)
         _end_startup()
         hints = [node.common.realtime for node in nodes]
         busy = any(hint.busy for hint in hints)
@@ -108,12 +105,14 @@ def _initialize(arguments: list[str]) -> None:
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
 
 
-def _report_missing_sections(node: SuiteNode[Any], arguments: Sequence[str]) -> None:
-    """Warn if no parameter file has a section for the node, as with another namespace or a misspelt name."""
-    if files := files_without(arguments, node.get_fully_qualified_name()):
-        node.get_logger().warning(
-            f"{', '.join(files)}: nothing for {node.get_fully_qualified_name()}; its parameters have their defaults"
-        )
+def _start(node: SuiteNode[Any], arguments: Sequence[str]) -> None:
+    """Start a node; warn if no parameter file has a section for it, as with another namespace or a misspelt name."""
+    name = node.get_fully_qualified_name()
+    if files := files_without(arguments, name):
+        node.get_logger().warning(f"{', '.join(files)}: nothing for {name}; its parameters have their defaults")
+    node.autostart()
+    for refusal in apply_hints(node.common.realtime):
+        node.get_logger().warning(refusal)
 
 
 def _end_startup() -> None:
@@ -144,9 +143,3 @@ def tune_middleware() -> None:
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
     profiles = Path(__file__).parent / ("fastdds_localhost.xml" if local else "fastdds.xml")
     os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(profiles)
-
-
-def check_parameter_files(arguments: Sequence[str]) -> None:
-    """Raise ConfigurationError for a `--params-file` that cannot be read; rcl would name a line of its parser."""
-    for path in parameter_files(arguments):
-        read_parameter_file(path)
