@@ -85,6 +85,7 @@ def installed(monkeypatch, *packages):
 
 
 def test_description_and_rviz_are_started_where_they_are_installed(monkeypatch):
+    pytest.importorskip("xacro")
     installed(monkeypatch, "robot_state_publisher", "xacro", "rviz2")
     found = started(namespace="left", robot_description="auto", rviz="true", use_sim_time="true")
     publisher, rviz = found[-2:]
