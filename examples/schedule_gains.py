@@ -77,7 +77,7 @@ class Scheduler(Node):
             return
         equilibrium = self.torque * self.gains.compliance - self.velocity * self.gains.lead
         message = StiffnessCommand(equilibrium_angle=equilibrium, stiffness=self.stiffness)
-        message.header.stamp = self.get_clock().now().to_msg()
+        message.header.stamp, message.header.frame_id = self.get_clock().now().to_msg(), "joint"
         self.commands.publish(message)
         self.get_logger().info(f"equilibrium {equilibrium:.4f} rad for {self.torque:g} N m", throttle_duration_sec=1.0)
 

@@ -15,7 +15,7 @@ from source_tree import PACKAGES, SOURCES, covers, dotted, folders, imports, mod
 
 DOORS = (
     "can", "cantools", "filterpy", "numba", "polars", "matplotlib", "allantools", "rosbags", "mcap", "aiohttp",
-    "threadpoolctl",
+    "threadpoolctl", "launch", "launch_ros", "xacro",
 )  # fmt: skip
 DOOR_FOLDERS = ("vsa_common.io.bags",)  # a door of several modules
 LAYERS = {

@@ -16,6 +16,8 @@ setup(
         (f"share/{name}/config", glob("config/*")),
         (f"share/{name}/launch", glob("launch/*.launch.py")),
         (f"share/{name}/layouts", glob("layouts/*")),
+        (f"share/{name}/rviz", glob("rviz/*")),
+        (f"share/{name}/urdf", glob("urdf/*")),
     ],
     install_requires=["setuptools"],
     zip_safe=False,

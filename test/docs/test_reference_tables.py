@@ -1,4 +1,4 @@
-"""docs/reference/interfaces.md has the tables that the code generates."""
+"""docs/reference has the tables that the code generates."""
 
 from pathlib import Path
 
@@ -10,10 +10,12 @@ DOCUMENT = ROOT / "docs" / "reference" / "interfaces.md"
 MESSAGES = ROOT / "src" / "vsa_msgs" / "msg"
 
 
-def test_generated_tables_equal_those_of_the_code():
-    assert document(DOCUMENT.read_text(), MESSAGES) == DOCUMENT.read_text(), (
-        "renew: python -m vsa_tools.reference_tables docs/reference/interfaces.md"
+@pytest.mark.parametrize("file", [DOCUMENT, DOCUMENT.with_name("launch.md")], ids=lambda file: file.name)
+def test_generated_tables_equal_those_of_the_code(file):
+    assert document(file.read_text(), MESSAGES) == file.read_text(), (
+        f"renew: python -m vsa_tools.reference_tables docs/reference/{file.name}"
     )
+    assert "<!-- end -->" in file.read_text()
 
 
 @pytest.mark.parametrize("file", sorted(MESSAGES.glob("*.msg")), ids=lambda file: file.stem)

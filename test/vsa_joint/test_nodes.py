@@ -25,6 +25,7 @@ pytestmark = pytest.mark.live
 DOMAIN = 20 + (os.getpid() + 50) % 80
 ENVIRONMENT = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 PERIOD = 0.01  # s
+MOTOR_NAMES = ["flexor", "extensor"]
 FORCE = 40.0  # N
 SPRINGS = (Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39), Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269))
 MOTORS = [tendon_travel(FORCE, spring.deflection(FORCE), 1e5) / 0.01 for spring in SPRINGS]
@@ -42,7 +43,8 @@ class Harness:
     """Publishes estimates and measurements of a joint at rest under equal forces."""
 
     def __init__(self):
-        self.processes = [start("joint"), start("stiffness_controller", "input_timeout:=0.08")]
+        joint = start("joint", "frame_prefix:=left/", "joint_name:=elbow")
+        self.processes = [joint, start("stiffness_controller", "input_timeout:=0.08")]
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=DOMAIN)
         self.node = rclpy.create_node("harness", namespace="vsa", context=self.context)
@@ -88,7 +90,8 @@ class Harness:
             state.force_offset, state.k2_valid, state.d1, state.d2 = spring.force_offset, True, 4000.0, -1e8
             self.state[index].publish(state)
         angle = JointState(name=["joint"], position=[0.0])
-        motors = JointState(name=["motor_1", "motor_2"], position=MOTORS)
+        motors = JointState(name=MOTOR_NAMES, position=MOTORS)
+        motors.header.frame_id = "left/motors"
         for publisher, message in ((self.angle, angle), (self.motors, motors)):
             set_stamp(message.header.stamp, stamp)
             publisher.publish(message)
@@ -133,6 +136,7 @@ def test_the_joint_message_has_impedance_tension_range_and_both_stamps(harness):
     assert (last.stiffness, last.damping, last.inertia) == pytest.approx(
         (truth.stiffness, truth.damping, truth.inertia), rel=1e-9
     )
+    assert last.header.frame_id == "left/elbow"
     assert list(last.tension) == pytest.approx([20.0, 20.0], abs=1e-3)
     assert last.stiffness_min == pytest.approx(0.30, abs=0.01)
     assert last.stiffness_max > 7.0
@@ -151,7 +155,9 @@ def test_motors_close_to_their_limit_clip_the_range(harness):
 def test_no_motor_command_before_a_command_and_the_first_is_the_measured_position(harness):
     assert not harness.commands
     harness.wait(lambda: harness.commands, stiffness=joint_truth().stiffness)
-    assert list(harness.commands[0][1].position) == pytest.approx(MOTORS, abs=0.02)
+    first = harness.commands[0][1]
+    assert list(first.position) == pytest.approx(MOTORS, abs=0.02)
+    assert (first.name, first.header.frame_id) == (MOTOR_NAMES, "left/motors")
 
 
 def test_an_unreachable_command_is_refused_with_the_range(harness):

@@ -1,18 +1,14 @@
-"""Driver, estimators and joint node of every joint in the parameter file, one process for each joint.
+"""Driver, estimators and joint node in one process for each joint that the parameter file names.
 
-ros2 launch vsa_bringup composed.launch.py [config:=my_rig.yaml]
+ros2 launch vsa_bringup composed.launch.py config:=my_rig.yaml [namespace:=left] [--show-args]
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from vsa_bringup.arguments import AUTO
+from vsa_bringup.deployment import COMPOSED
+from vsa_bringup.launch_description import launch_description
 
 
 def generate_launch_description() -> LaunchDescription:
     """Launch description."""
-    default = PathJoinSubstitution([FindPackageShare("vsa_bringup"), "config", "paper_rig.yaml"])
-    argument = DeclareLaunchArgument("config", default_value=default, description="parameter file of the rig")
-    node = Node(package="vsa_bringup", executable="composed", parameters=[LaunchConfiguration("config")])
-    return LaunchDescription([argument, node])
+    return launch_description(__file__, COMPOSED, namespace=AUTO)

@@ -1,24 +1,13 @@
-"""The suite on the simulated rig.
+"""The suite on the simulated rig; a namespace other than vsa has a bus of its own.
 
-ros2 launch vsa_bringup simulated.launch.py [config:=my_rig.yaml] [namespace:=vsa]
+ros2 launch vsa_bringup simulated.launch.py [namespace:=left] [view:=true] [--show-args]
 """
 
 from launch import LaunchDescription
-from launch.actions import IncludeLaunchDescription
-from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from vsa_bringup.deployment import RIG, SEPARATE
+from vsa_bringup.launch_description import launch_description
 
 
 def generate_launch_description() -> LaunchDescription:
     """Launch description."""
-    suite = PathJoinSubstitution([FindPackageShare("vsa_bringup"), "launch", "joint.launch.py"])
-    rig = Node(
-        package="vsa_simulator",
-        executable="rig_simulator",
-        name="rig_simulator",
-        namespace=LaunchConfiguration("namespace"),
-        parameters=[LaunchConfiguration("config")],
-    )
-    return LaunchDescription([IncludeLaunchDescription(PythonLaunchDescriptionSource(suite)), rig])
+    return launch_description(__file__, (*SEPARATE, RIG))

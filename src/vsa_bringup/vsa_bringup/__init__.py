@@ -1,4 +1,4 @@
-"""Launch files, configuration, layouts and the composed executable. Input: a parameter file. Output: running nodes.
+"""Launch files, configuration, robot description, layouts and `composed`. Input: a parameter file. Output: running nodes.
 
-Permitted imports: rclpy, vsa_common, vsa_driver, vsa_estimator, vsa_joint
+Permitted imports: ament_index_python, launch, launch_ros, rclpy, vsa_common, vsa_driver, vsa_estimator, vsa_joint, xacro, yaml
 """

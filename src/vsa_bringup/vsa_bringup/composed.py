@@ -19,6 +19,7 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.config.joints import joints
+from vsa_common.ros.arguments import check_arguments
 from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import SuiteNode
 from vsa_common.ros.process import run
@@ -181,6 +182,7 @@ def main() -> int:
     """Entry point."""
     sys.setswitchinterval(THREAD_SWITCH_S)
     try:
+        check_arguments(sys.argv, __doc__)
         found = joints(sys.argv)
     except ConfigurationError as error:
         print(f"composed: {error}", file=sys.stderr)

@@ -46,7 +46,7 @@ class DriverNode(SuiteNode[DriverSettings]):
     def start(self) -> None:
         config, motors = self.config, self.config.motors
         self._router = Router(load_frames(config.dbc), config)
-        self._motors = motors.names
+        self._motors = list(motors.names)
         limits = MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
         self._gate = MotorGate(limits, len(self._motors))
         self._capture_clock = CaptureClock()
@@ -54,8 +54,9 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._holding = False
         self._max_delay_ns = 0
         self._fault_delta = CounterDelta()
-        self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
-        self._rig = RigTopics(self, self._motors)
+        prefix = config.frame_prefix
+        self._topics = {name: TransmissionTopics(self, name, prefix) for name in self._router.transmissions}
+        self._rig = RigTopics(self, config.joint.name, self._motors, prefix)
         pause_s = self.common.realtime.rest
         self.link = BusLink(config.bus, self._on_frame, self._on_down, on_idle=self.on_idle, coalescing_s=pause_s)
         try:
@@ -208,7 +209,7 @@ class DriverNode(SuiteNode[DriverSettings]):
 def main() -> int:
     """Entry point."""
     sys.setswitchinterval(THREAD_SWITCH_S)
-    return run(lambda: [DriverNode(namespace=joint) for joint in joints(sys.argv)])
+    return run(lambda: [DriverNode(namespace=joint) for joint in joints(sys.argv)], description=__doc__)
 
 
 if __name__ == "__main__":

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
-from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, string
+from vsa_common.config.configuration import FRAME_PREFIX, ConfigurationError, flag, group, quantity, string
 from vsa_driver.can.bus import BusConfig
 
+MOTORS = 2  # of an antagonistic joint
 _FORCE = "message.signal of the DBC that carries the rod force"
 _ENCODER = "message.signal that carries the encoder; where the message is another one, both are merged into one sample"
 _COUNTER = "message.signal that numbers the samples; empty: the device sends none"
@@ -52,8 +53,9 @@ class SecondTransmissionSettings(TransmissionSettings):
 
 @dataclass(frozen=True)
 class JointSettings:
-    """Signals of the joint's shaft; an empty one is not measured and not published."""
+    """Name of the joint, and signals of its shaft; an empty one is not measured and not published."""
 
+    name: str = string("joint", "name in joint_states, and frame_id of the measurements at the shaft")
     angle_signal: str = string("Joint.Angle", "message.signal of the joint angle")
     angle_scale: float = quantity(1.0, "rad per unit of the signal", -1e6, 1e6, "negative for the opposite sense")
     torque_signal: str = string("Joint.ExternalTorque", "message.signal of the external torque")
@@ -63,8 +65,9 @@ class JointSettings:
 
 @dataclass(frozen=True)
 class MotorSettings:
-    """Signals of the motors and limits of their commands."""
+    """Names and signals of the motors and limits of their commands."""
 
+    names: tuple[str, ...] = string(("motor_1", "motor_2"), "names in motor_states and motor_commands")
     position_signals: tuple[str, ...] = string(
         ("MotorState.Position1", "MotorState.Position2"), "message.signal of each measured position; empty: none"
     )
@@ -88,21 +91,19 @@ class MotorSettings:
             raise ConfigurationError(
                 f"position_min = {self.position_min!r} rad: must be below position_max = {self.position_max!r} rad"
             )
+        if len(set(self.names)) != MOTORS or not all(self.names):
+            raise ConfigurationError(f"motors.names = {list(self.names)!r}: must be {MOTORS} different names")
         for name in ("position_signals", "command_signals"):
             given = [signal for signal in getattr(self, name) if signal]
-            if len(given) not in (0, len(self.names)):
-                raise ConfigurationError(f"{name} = {given!r}: must be {len(self.names)} signals, or none")
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the motors, in the order of their signals."""
-        return ["motor_1", "motor_2"]
+            if len(given) not in (0, MOTORS):
+                raise ConfigurationError(f"{name} = {given!r}: must be {MOTORS} signals, or none")
 
 
 @dataclass(frozen=True)
 class DriverSettings:
     """All parameters of the driver."""
 
+    frame_prefix: str = string("", FRAME_PREFIX)
     bus: BusConfig = group(BusConfig)
     dbc: str = string("package://vsa_driver/config/vsa_rig.dbc", "DBC file: a path, or package://package/path")
     transmissions: tuple[str, ...] = string(("transmission_1", "transmission_2"), "those that are connected")
@@ -115,6 +116,8 @@ class DriverSettings:
     tare_spread: float = quantity(0.1, "N", 1e-4, 100.0, "standard deviation of the force above which tare is refused")
 
     def __post_init__(self) -> None:
+        if not self.joint.name:
+            raise ConfigurationError("joint.name = '': must not be empty")
         names = list(self.transmissions)
         if sorted(names) not in (["transmission_1"], ["transmission_2"], ["transmission_1", "transmission_2"]):
             raise ConfigurationError(f"transmissions = {names!r}: must be transmission_1, transmission_2 or both")

@@ -18,10 +18,10 @@ _PLACEHOLDERS = (1.5e-200, 2.5e-200)  # values that occur nowhere else in a mess
 class TransmissionTopics:
     """Force and encoder of one transmission, with one stamp, and the sequence number of each sample."""
 
-    def __init__(self, node: Node, name: str) -> None:
-        self._name = name
-        self._wrench = _wrench(name, force=Vector3(x=_PLACEHOLDERS[0]))
-        self._position = _positions(name, [name])
+    def __init__(self, node: Node, name: str, frame_prefix: str) -> None:
+        self._frame = frame_prefix + name
+        self._wrench = _wrench(self._frame, force=Vector3(x=_PLACEHOLDERS[0]))
+        self._position = _positions(self._frame, [name])
         self._force = node.create_publisher(WrenchStamped, f"{name}/force", RELIABLE)
         self._encoder = node.create_publisher(JointState, f"{name}/encoder", RELIABLE)
         self._counters = node.create_publisher(CaptureCounters, f"{name}/capture_counters", RELIABLE)
@@ -43,16 +43,16 @@ class TransmissionTopics:
         batch, self._batch = self._batch, []
         if batch:
             stamps, sequence = [sample.stamp_ns for sample in batch], [sample.sequence for sample in batch]
-            self._counters.publish(write_counters(self._name, stamps, sequence))
+            self._counters.publish(write_counters(self._frame, stamps, sequence))
 
 
 class RigTopics:
     """Angle and torque of the joint, positions of the motors."""
 
-    def __init__(self, node: Node, motors: list[str]) -> None:
-        self._angle = _positions("joint", ["joint"])
-        self._torque = _wrench("joint", torque=Vector3(z=_PLACEHOLDERS[0]))
-        self._motor = _positions("motors", motors)
+    def __init__(self, node: Node, joint: str, motors: list[str], frame_prefix: str) -> None:
+        self._angle = _positions(frame_prefix + joint, [joint])
+        self._torque = _wrench(frame_prefix + joint, torque=Vector3(z=_PLACEHOLDERS[0]))
+        self._motor = _positions(frame_prefix + "motors", motors)
         self._angles = ThrottledPublisher(node, JointState, "joint_states")
         self._torques = node.create_publisher(WrenchStamped, "external_torque", RELIABLE)
         self._motors = node.create_publisher(JointState, "motor_states", RELIABLE)

@@ -50,8 +50,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         recorder = config.flight_recorder
         self._recorder = FlightRecorder(recorder, name) if recorder.folder else None
         self._pairing = Pairing(int(config.pairing_tolerance * 1e9), int(config.reorder_window * 1e9))
-        self._writer = ImpedanceWriter(name)
-        self._state_writer = StateWriter(name)
+        self._writer = ImpedanceWriter(config.frame_prefix + name)
+        self._state_writer = StateWriter(config.frame_prefix + name)
         self._status = Status.INITIALIZING
         self._reset_count = 0
         self._future_ns = int(config.future_tolerance * 1e9)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from vsa_common.config.configuration import choice, group, quantity, string
+from vsa_common.config.configuration import FRAME_PREFIX, choice, group, quantity, string
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,9 @@ class FlightRecorderConfig:
 class NodeConfig(EstimatorConfig):
     """Parameters of the estimator node."""
 
+    frame_prefix: str = string("", FRAME_PREFIX)
     transmission: str = string(
-        "transmission_1", "transmission to estimate: first part of its topic names, and frame_id"
+        "transmission_1", "transmission to estimate: first part of its topic names, and frame_id after frame_prefix"
     )
     state_rate: float = quantity(50.0, "Hz", 0.1, 1000.0, "rate of estimator_state")
     pairing_tolerance: float = quantity(

@@ -39,7 +39,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         self._offsets: defaultdict[str, ClockOffset] = defaultdict(ClockOffset)
         self._commands = self.create_publisher(JointState, "motor_commands", RELIABLE)
         self._status = self.create_publisher(DiagnosticStatus, "~/status", RELIABLE)
-        self._message = JointState(name=["motor_1", "motor_2"])
+        self._message = JointState()  # names and frame_id are those of motor_states
         fast = ((JointImpedance, "joint_impedance"), (JointState, "joint_states"), (JointState, "motor_states"))
         self._inputs_subscribed = [
             self.create_subscription(kind, name, partial(self._on_raw, name), RELIABLE, raw=True) for kind, name in fast
@@ -129,6 +129,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
                 inputs.angle, inputs.angle_ns = position[0], arrival
             elif name == "motor_states" and len(position) >= 2:
                 inputs.motors, inputs.motors_ns = (position[0], position[1]), arrival
+                self._message.name, self._message.header.frame_id = state.name[:2], state.header.frame_id
         self._pending.clear()
 
     def _record_stamp(self, name: str, stamp: StampMessage) -> None:

@@ -10,6 +10,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from vsa_common.ros.cdr import Reader, Writer
 from vsa_common.ros.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
 from vsa_common.ros.process import run
@@ -43,8 +44,9 @@ class JointNode(SuiteNode[JointConfig]):
         self._reflection = JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
         self._range = (0.0, 0.0, False)  # reachable stiffness [N m/rad]: least, greatest, validity
         self._reader = Reader(TransmissionImpedance.get_fields_and_field_types())
+        self._header = Header(frame_id=self.config.frame_prefix + self.config.joint_name)
         self._writer_reason = ""
-        self._writer = Writer(JointImpedance())
+        self._writer = Writer(JointImpedance(header=self._header))
         self._impedances = ThrottledPublisher(self, JointImpedance, "joint_impedance")
         self._states: list[bytes | None] = [None, None]
         self._motor_map, self._motors = MotorMap(self.config), b""
@@ -159,7 +161,7 @@ class JointNode(SuiteNode[JointConfig]):
     def _publish(self, estimate: JointEstimate) -> None:
         if estimate.reason != self._writer_reason:
             self._writer_reason = estimate.reason
-            self._writer = Writer(JointImpedance(reason=estimate.reason))
+            self._writer = Writer(JointImpedance(header=self._header, reason=estimate.reason))
         data = self._writer.write(estimate.stamp_ns, self._row(estimate))
         self._impedances.publish(estimate.stamp_ns, data, (estimate.status, estimate.stiffness_valid))
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from vsa_common.config.configuration import ConfigurationError, choice, quantities, quantity
+from vsa_common.config.configuration import FRAME_PREFIX, ConfigurationError, choice, quantities, quantity, string
 from vsa_joint.geometry import Joint, TendonPath, TendonPathStd
 
 CONSISTENT, PAPER = "consistent", "paper"
@@ -72,6 +72,8 @@ class Motors:
 class JointConfig(Geometry, Limits, Motors):
     """Parameters of the joint node."""
 
+    frame_prefix: str = string("", FRAME_PREFIX)
+    joint_name: str = string("joint", "frame_id of joint_impedance after frame_prefix: joint.name of the driver")
     reflection: str = choice(
         CONSISTENT,
         (CONSISTENT, PAPER),

@@ -1,4 +1,4 @@
 """Tools for users: demo, record, report, view, design. Input: options, topics, bags. Output: bags, figures, pages.
 
-Permitted imports: vsa_common
+Permitted imports: vsa_bringup.arguments, vsa_common
 """

@@ -1,4 +1,4 @@
-"""The generated blocks of docs/reference/interfaces.md: message fields and parameters, from their definitions.
+"""The generated blocks of docs/reference: message fields, parameters and launch arguments, from their definitions.
 
 `python -m vsa_tools.reference_tables docs/reference/interfaces.md` renews them between their markers.
 """
@@ -9,6 +9,7 @@ import re
 import sys
 from pathlib import Path
 
+from vsa_bringup.arguments import arguments
 from vsa_common.config.configuration import Parameter, parameters
 
 NODES = {
@@ -20,7 +21,7 @@ NODES = {
     "recorder": "vsa_tools.record.command.RecorderConfig",
     "rig_simulator": "vsa_simulator.node.SimulatorConfig",
 }
-_BLOCK = re.compile(r"(<!-- (parameters|message): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_BLOCK = re.compile(r"(<!-- (parameters|message|launch): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _FIELD = re.compile(r"^(\S+)\s+(\w+)\s*(=\s*\S+)?\s*(?:#\s*(.*))?$")
 
 
@@ -29,10 +30,21 @@ def document(text: str, messages: Path) -> str:
 
     def renew(block: re.Match[str]) -> str:
         head, kind, name, end = block.groups()
-        table = parameter_table(NODES[name]) if kind == "parameters" else message_table(messages / f"{name}.msg")
+        if kind == "launch":
+            table = argument_table()
+        else:
+            table = parameter_table(NODES[name]) if kind == "parameters" else message_table(messages / f"{name}.msg")
         return f"{head}{table}{end}"
 
     return _BLOCK.sub(renew, text)
+
+
+def argument_table() -> str:
+    """Markdown table of the arguments of the launch files."""
+    rows = ["| argument | default | values | meaning |", "|---|---|---|---|"]
+    for one in arguments():
+        rows.append(f"| `{one.name}` | {Path(one.default).name} | {', '.join(one.choices)} | {one.text} |")
+    return "\n".join(rows) + "\n"
 
 
 def parameter_table(config: str) -> str:

@@ -24,6 +24,8 @@ import yaml
 
 Config = TypeVar("Config")
 
+FRAME_PREFIX = "begin of each frame_id, as of robot_state_publisher: left/ in left/joint"  # of `frame_prefix`
+
 _KINDS = {float: "a number", int: "an integer", bool: "true or false", str: "a text"}
 
 
@@ -189,7 +191,7 @@ def node_values(path: str | Path, node: str) -> dict[str, Any]:
         if key == "/**" or str(key).rsplit("/", 1)[-1] == node:
             if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
                 raise ConfigurationError(f"{path}: {key} has no ros__parameters")
-            values |= flatten_tree(section["ros__parameters"])
+            values |= flat(section["ros__parameters"])
     return values
 
 
@@ -209,12 +211,12 @@ def read_parameter_file(path: str | Path) -> dict[str, Any]:
     return tree
 
 
-def flatten_tree(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Flat values ("initial.k2": 267.2) of nested ones."""
-    flat: dict[str, Any] = {}
+def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Parameters of a section by name: `bus.channel` for a channel within a bus."""
+    values: dict[str, Any] = {}
     for name, value in tree.items():
-        if isinstance(value, dict):
-            flat |= flatten_tree(value, f"{prefix}{name}.")
+        if isinstance(value, Mapping):
+            values |= flat(value, f"{prefix}{name}.")
         else:
-            flat[f"{prefix}{name}"] = value
-    return flat
+            values[f"{prefix}{name}"] = value
+    return values

@@ -14,7 +14,9 @@ import rclpy
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
-from vsa_common.config.configuration import ConfigurationError, parameter_files, read_parameter_file
+from vsa_common.config.configuration import ConfigurationError
+from vsa_common.config.sections import files_without
+from vsa_common.ros.arguments import check_arguments, check_parameter_files
 from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import RCLError, SuiteNode
 from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
@@ -51,17 +53,21 @@ def run(
     args: list[str] | None = None,
     executor: Callable[[], Executor] = EventsExecutor,
     turn: Callable[[float], Turn] = Spinner,
+    description: str = "",
 ) -> int:
     """Run one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line if one cannot start.
 
     Several nodes start in their order and stop in the reverse order. `turn` is called with the pause [s] that the
     nodes request. A signal only ends the loop of turns, so a node still has its topics while it stops.
+    `description` is the text of `--help`; the default is the docstring of `create`.
     """
+    arguments = sys.argv if args is None else args
     nodes: Nodes = []
     signals = _received_signals()
     name = f"{Path(sys.argv[0]).name}: "
     try:
-        _initialize(args)
+        check_arguments(arguments, description or inspect.getdoc(create) or "")
+        _initialize(arguments)
         spinner = executor()
         name = ""  # errors of the nodes' constructors contain the node's name
         created = create()
@@ -69,9 +75,7 @@ def run(
         for node in nodes:
             name = f"{node.get_name()}: "
             spinner.add_node(node)
-            node.autostart()
-            for refusal in apply_hints(node.common.realtime):
-                node.get_logger().warning(refusal)
+            _start(node, arguments)
         _end_startup()
         hints = [node.common.realtime for node in nodes]
         busy = any(hint.busy for hint in hints)
@@ -94,11 +98,21 @@ def _received_signals() -> list[int]:
     return signals
 
 
-def _initialize(args: list[str] | None) -> None:
-    check_parameter_files(sys.argv if args is None else args)
+def _initialize(arguments: list[str]) -> None:
+    check_parameter_files(arguments)
     tune_middleware()
     set_timer_slack()
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+
+
+def _start(node: SuiteNode[Any], arguments: Sequence[str]) -> None:
+    """Start a node; warn if no parameter file has a section for it, as with another namespace or a misspelt name."""
+    name = node.get_fully_qualified_name()
+    if files := files_without(arguments, name):
+        node.get_logger().warning(f"{', '.join(files)}: nothing for {name}; its parameters have their defaults")
+    node.autostart()
+    for refusal in apply_hints(node.common.realtime):
+        node.get_logger().warning(refusal)
 
 
 def _end_startup() -> None:
@@ -129,9 +143,3 @@ def tune_middleware() -> None:
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
     profiles = Path(__file__).parent / ("fastdds_localhost.xml" if local else "fastdds.xml")
     os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(profiles)
-
-
-def check_parameter_files(arguments: Sequence[str]) -> None:
-    """Raise ConfigurationError for a `--params-file` that cannot be read; rcl would name a line of its parser."""
-    for path in parameter_files(arguments):
-        read_parameter_file(path)

@@ -11,8 +11,8 @@ class CommandFrames:
     """Encodes motor positions as numbered frames of the command message. Raises ConfigurationError."""
 
     def __init__(self, frames: FrameSet, settings: MotorSettings) -> None:
-        signals = zip(settings.names, settings.command_signals, strict=True)
-        roles = {name: ("motors.command_signals", signal) for name, signal in signals}
+        signals = enumerate(settings.command_signals, 1)
+        roles = {f"motor_{i}": ("motors.command_signals", signal) for i, signal in signals}
         found = sources(frames, roles | {COUNTER: ("motors.command_counter_signal", settings.command_counter_signal)})
         if len(found) != 1:
             given = list(settings.command_signals)

@@ -74,7 +74,7 @@ def _joint_sources(frames: FrameSet, settings: DriverSettings) -> tuple[Source, 
 def _motor_sources(frames: FrameSet, settings: MotorSettings) -> tuple[Source, ...]:
     if not any(settings.position_signals):
         return ()
-    signals = zip(settings.names, settings.position_signals, strict=True)
-    roles = {name: ("motors.position_signals", signal) for name, signal in signals}
+    signals = enumerate(settings.position_signals, 1)
+    roles = {f"motor_{i}": ("motors.position_signals", signal) for i, signal in signals}
     roles["holding"] = ("motors.holding_signal", settings.holding_signal)
     return sources(frames, roles | {COUNTER: ("motors.counter_signal", settings.counter_signal)})

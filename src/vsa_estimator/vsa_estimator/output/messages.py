@@ -25,9 +25,8 @@ _after_matrix = itemgetter(*(State._fields.index(name) for name in _NUMBERS[_MAT
 class ImpedanceWriter:
     """Serialized TransmissionImpedance messages of one transmission."""
 
-    def __init__(self, transmission: str) -> None:
-        """`transmission` is the frame_id."""
-        self._writer = Writer(TransmissionImpedance(header=Header(frame_id=transmission)))
+    def __init__(self, frame_id: str) -> None:
+        self._writer = Writer(TransmissionImpedance(header=Header(frame_id=frame_id)))
 
     def write(self, estimate: Estimate) -> bytes:
         """The message of an estimate."""
@@ -37,9 +36,8 @@ class ImpedanceWriter:
 class StateWriter:
     """Serialized EstimatorState messages of one transmission."""
 
-    def __init__(self, transmission: str) -> None:
-        """`transmission` is the frame_id."""
-        self._frame_id = transmission
+    def __init__(self, frame_id: str) -> None:
+        self._frame_id = frame_id
         self._texts: tuple[str, tuple[str, ...]] = "", ()
         self._writer = self._new_writer()
 

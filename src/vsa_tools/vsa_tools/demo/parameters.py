@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from vsa_common.config.configuration import build, flatten, flatten_tree, parameters, read_parameter_file
+from vsa_common.config.configuration import build, flat, flatten, parameters, read_parameter_file
 from vsa_simulator.rig.config import RigConfig, TransmissionConfig
 from vsa_simulator.rig.transmission import (
     Transmission,
@@ -72,7 +72,7 @@ def perturbed_initial_values(rig: Mapping[str, Any], seed: int) -> dict[str, dic
     Both rods start at rest, where the forces of the springs balance the external torque.
     """
     names = {parameter.name for parameter in parameters(RigConfig)}
-    config = build(RigConfig, {name: value for name, value in flatten_tree(rig).items() if name in names})
+    config = build(RigConfig, {name: value for name, value in flat(rig).items() if name in names})
     sides = (config.transmission_1, config.transmission_2)
     first, second = (transmission_from(side, config) for side in sides)
     force = spring_force(config.profile.centre, first)

@@ -74,7 +74,7 @@ class Scenario(PlainScenario):
         if stiffness is None:
             return
         message = StiffnessCommand(stiffness=stiffness)
-        message.header.stamp = self._node.get_clock().now().to_msg()
+        message.header.stamp, message.header.frame_id = self._node.get_clock().now().to_msg(), "joint"
         self._publisher.publish(message)
 
     def _on_status(self, status: DiagnosticStatus) -> None:
