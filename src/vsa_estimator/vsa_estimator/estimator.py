@@ -103,13 +103,13 @@ class Estimator:
             return False
         supervisor = self._supervisor
         blocks, self._pending = self._pending, None
-        if blocks and supervisor.hand_over.is_running:
+        if blocks and supervisor.has_deferred_work:
             self._pending = []
         for block in blocks:
             supervisor.step(block, self._force)
         if not blocks:
             supervisor.run_initialization()
-        if blocks or not supervisor.hand_over.is_running:
+        if blocks or not supervisor.has_deferred_work:
             self._publish_snapshot()
         return True
 
@@ -191,9 +191,9 @@ class Estimator:
         if not decimating:
             for block in blocks:
                 supervisor.step(block, self._force)
-            if supervisor.hand_over.is_running:
+            if supervisor.has_deferred_work:
                 supervisor.run_initialization()
-        elif blocks or supervisor.hand_over.is_running:
+        elif blocks or supervisor.has_deferred_work:
             self._pending = blocks
         if flags or not decimating:
             self._publish_snapshot()
@@ -214,16 +214,14 @@ class Estimator:
         supervisor, tracker = self._supervisor, self._supervisor.tracker
         tracker.update_uncertainty()
         self._force_variance = supervisor.noise.force.std**2
-        coefficients = tracker.uncertainty
         self._constants = (
-            supervisor.counters.resets, supervisor.counters.reset_reason,
-            coefficients.k2, coefficients.k2_variance, coefficients.d2, coefficients.d2_variance,
-            coefficients.force_offset, coefficients.coulomb_friction,
+            supervisor.counters.resets, supervisor.counters.reset_reason, *supervisor.published_coefficients
         )  # fmt: skip
         self._snapshot["published"][0] = (
-            not supervisor.hand_over.is_running, tracker.reference, supervisor.noise.jerk.density,
+            not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
-            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, *self._constants,
+            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, supervisor.publishes_bank,
+            supervisor.impedance[0], *self._constants,
         )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:

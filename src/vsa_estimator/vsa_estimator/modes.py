@@ -12,6 +12,7 @@ class Mode(IntEnum):
     SUSPENDED = (
         3  # coefficients are held: force and encoder are not consistent, or it is not known yet whether they are
     )
+    GENERAL = 4  # the exponential law is refuted: the bank of the general transmission estimates
 
 
 class Event(Enum):
@@ -23,6 +24,7 @@ class Event(Enum):
     CONSISTENT = auto()  # parity residuals of both sensors are within their limits again
     REPLACED = auto()  # a cross-check by regression has replaced the coefficients
     REJECTED = auto()  # no sensor shift explains the inconsistency: the coefficients are given up
+    REFUTED = auto()  # the forces are more likely under another law by REFUTATION
 
 
 TRANSITIONS: dict[tuple[Mode, Event], Mode] = {
@@ -35,6 +37,9 @@ TRANSITIONS: dict[tuple[Mode, Event], Mode] = {
     (Mode.SUSPENDED, Event.REPLACED): Mode.TRACKING,
     (Mode.TRACKING, Event.REJECTED): Mode.INITIALIZING,
     (Mode.SUSPENDED, Event.REJECTED): Mode.INITIALIZING,
+    (Mode.INITIALIZING, Event.REFUTED): Mode.GENERAL,
+    (Mode.TRACKING, Event.REFUTED): Mode.GENERAL,
+    (Mode.GENERAL, Event.REJECTED): Mode.INITIALIZING,
 }
 
 
@@ -42,7 +47,7 @@ class ModeMachine:
     """Owner of the operating mode; only `handle` changes it.
 
     Plain attributes, since every filter step reads them: `mode`; `initialized`, whether the filter has taken over the
-    coefficients; `suspended`; `reason`, why updates are suspended, empty in any other mode.
+    coefficients; `suspended`; `general`, whether the bank estimates; `reason`, why updates are suspended, empty in any other mode.
     """
 
     def __init__(self) -> None:
@@ -55,6 +60,7 @@ class ModeMachine:
 
     def _enter(self, mode: Mode, reason: str) -> None:
         self.mode = mode
-        self.initialized = mode in (Mode.TRACKING, Mode.SUSPENDED)
+        self.initialized = mode in (Mode.TRACKING, Mode.SUSPENDED, Mode.GENERAL)
         self.suspended = mode is Mode.SUSPENDED
+        self.general = mode is Mode.GENERAL
         self.reason = reason if self.suspended else ""

@@ -33,6 +33,11 @@ class EstimatorConfig:
         ("force", "force_rate"),
         "force measures the force itself; force_rate is the paper's filter, eqs. (14) to (17) corrected",
     )
+    elastic_law: str = choice(
+        "automatic",
+        ("automatic", "exponential"),
+        "automatic: the exponential law, eq. (2), until the data refute it, then a law of any form; exponential: always",
+    )
     filter_rate: float = quantity(
         100.0, "Hz", 10.0, 1000.0, "rate of the filter; faster samples are averaged, the output keeps their rate"
     )

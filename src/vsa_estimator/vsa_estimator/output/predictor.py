@@ -10,6 +10,7 @@ from vsa_estimator.filter.records import PREDICTION, Record
 from vsa_estimator.force_law.elastic import ln_stiffness_gradient
 from vsa_estimator.force_law.state import D1, K2
 from vsa_estimator.output.estimate import ROW
+from vsa_estimator.output.general import predict_general
 from vsa_estimator.preprocessing.pipeline import preprocess
 from vsa_estimator.preprocessing.validation import ACCEPT
 from vsa_estimator.tuning.output import (
@@ -71,7 +72,10 @@ def predict_into(
     now = snapshot[0]["published"]
     prediction = np.empty(1, PREDICTION)
     ahead = min(max((instant_ns - now["step_ns"]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
-    predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
+    if now["general"]:
+        predict_general(now["impedance"], ahead, now["jerk_density"], prediction)
+    else:
+        predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
     predicted = prediction[0]
     position_variance, ln_variance = predicted["deflection_variance"], predicted["ln_stiffness_variance"]
     if not np.isnan(deflection):
@@ -79,7 +83,8 @@ def predict_into(
     inflation = snapshot[0]["position_inflation"]
     if inflation > 0.0:
         position_variance += inflation
-        by_x = ln_stiffness_gradient(state[0]["mean"][K2], 0.0)[0]
+        growth = now["impedance"]["slope"] if now["general"] else state[0]["mean"][K2]
+        by_x = ln_stiffness_gradient(growth, 0.0)[0]
         ln_variance += by_x * by_x * inflation
     write_motion(row, prediction, position_variance, condition & ALIVE > 0)
     write_impedance(row, prediction, ln_variance)
@@ -93,7 +98,9 @@ def write_validity(
     """Write validity of force, stiffness, damping and inertia, and the status, into a (1,) ROW with its values."""
     now, out = snapshot[0]["published"], row[0]
     d1, d1_variance = state[0]["mean"][D1], state[0]["covariance"][D1, D1]
-    alive, initialized = condition & ALIVE > 0, now["initialized"]
+    if now["general"]:
+        d1 = abs(now["impedance"]["rest_damping"])
+    alive, initialized = condition & ALIVE > 0, now["initialized"] or now["general"]
     degraded = now["suspended"] or stamp_ns < now["fault_until_ns"]
     usable = alive and not (now["suspended"] or condition & ENCODER_FAULT > 0)
     separated = initialized or d1_variance < (MAX_SEPARATION_STD * d1) ** 2

@@ -1,6 +1,7 @@
 """Record between two filter steps: what every sample's estimate is predicted from."""
 
 import numpy as np
+from vsa_estimator.general.records import IMPEDANCE
 from vsa_estimator.output.estimate import Estimate
 
 # Fields of an estimate that are constant between two steps.
@@ -15,6 +16,7 @@ PUBLISHED = np.dtype([
     ("inertia_observable", "?"),
     ("step_ns", "i8"),  # instant of the last step
     ("fault_until_ns", "i8"),  # stamp until which a sensor fault is active
+    ("general", "?"), ("impedance", IMPEDANCE),  # of the bank, where it estimates
     *((name, "f8") for name in CONSTANT_FIELDS),
 ])  # fmt: skip
 

@@ -32,3 +32,7 @@ MAX_PREDICTION_TIME = _constant("MAX_PREDICTION_TIME", 0.25, "s", 0.05, 2.0,
 STALE_PERIODS = _constant("STALE_PERIODS", 5, "periods", 2, 20, "silence of STALE, or STALE_TIME if that is longer", "contract: docs/reference/faults.md")  # fmt: skip
 STALE_TIME = _constant("STALE_TIME", 0.05, "s", 0.01, 0.5, "silence of STALE", "contract: docs/reference/faults.md")  # fmt: skip
 INVALID_TIME = _constant("INVALID_TIME", 0.1, "s", 0.05, 1.0, "silence that invalidates", "contract: docs/reference/faults.md")  # fmt: skip
+MAX_BEYOND_PEAK = _constant(
+    "MAX_BEYOND_PEAK", 0.1, "1", 0.01, 0.5,
+    "probability of a speed near or beyond v* above which damping is not observable", "a tenth of the mixture",
+)  # fmt: skip

@@ -1,0 +1,192 @@
+"""Bank of filters of the general transmission (multiple model; Bar-Shalom, Li and Kirubarajan, ch. 11).
+
+All members run on the same steps. Their likelihoods give the probabilities of the mixture. At a few ages the bank
+repeats all its steps from the prior, in slices, with the gradient by the motion at its own estimate: an extended Kalman
+filter whose first gradients were wrong keeps a bias (iterated filter; Jazwinski, 1970, ch. 8).
+"""
+
+import math
+
+import numpy as np
+from vsa_common.accel import compiled
+from vsa_common.types import Array
+from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
+from vsa_estimator.general.encoder_motion import EncoderMotion
+from vsa_estimator.general.impedance import mixture
+from vsa_estimator.general.models import MODELS, geometry_at, members_at, with_growth
+from vsa_estimator.general.prediction import predict_member
+from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, V
+from vsa_estimator.settings import Initial
+from vsa_estimator.tuning.filter import STATIONARY_SPEED, STATIONARY_TIME
+from vsa_estimator.tuning.general import MAX_EVIDENCE, RELINEARIZATION_TIMES, STEPS_PER_SLICE
+
+
+@compiled
+def advance_member(member: Record, geometry: Record, step: Record) -> None:
+    """One step of a member, (1,) MEMBER."""
+    one, now = member[0], step[0]
+    predict_member(member, geometry, now["dt"], now["encoder"]["density"])
+    if not correct_deflection(member, now["deflection"], now["deflection_variance"]):
+        reset_motion(member, step["encoder"])
+    one["innovation"] = one["innovation_variance"] = 0.0
+    one["gain"][:] = 0.0
+    moves = abs(one["mean"][V]) > STATIONARY_SPEED + 3.0 * math.sqrt(max(one["covariance"][V, V], 0.0))
+    one["time_since_motion"] = 0.0 if moves else one["time_since_motion"] + now["dt"]
+    if np.isnan(now["force"]) or one["time_since_motion"] >= STATIONARY_TIME:
+        return
+    if not now["relinearizing"]:
+        one["linear"][:] = one["mean"]
+    correct_force(member, geometry, step)
+
+
+@compiled
+def advance(members: Record, geometry: Record, step: Record) -> None:
+    """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one."""
+    best = -np.inf
+    for m in range(members.size):
+        advance_member(members[m : m + 1], geometry, step)
+        if not np.isfinite(members[m]["ln_likelihood"]):
+            members[m]["ln_likelihood"] = -1e9
+        best = max(best, members[m]["ln_likelihood"])
+    for m in range(members.size):
+        members[m]["ln_likelihood"] = max(members[m]["ln_likelihood"] - best, -MAX_EVIDENCE)
+
+
+@compiled
+def repeat(members: Record, geometry: Record, steps: Record) -> None:
+    """Advance all members through `steps`, (n,) STEP."""
+    for i in range(steps.size):
+        advance(members, geometry, steps[i : i + 1])
+
+
+class Bank:
+    """All members, their repetition, and the impedance of their mixture."""
+
+    def __init__(self, initial: Initial, rate: float) -> None:
+        """`initial` coefficients of the prior; `rate` of the filter [Hz]."""
+        self._initial = initial
+        self._buffer = np.zeros(int(RELINEARIZATION_TIMES[-1] * rate) + 1, STEP)
+        self.impedance: Record = np.zeros(1, IMPEDANCE)
+        self.restart()
+
+    def restart(self) -> None:
+        """Drop all data; the next step is the first."""
+        self._members: Record | None = None
+        self._encoder = EncoderMotion()
+        self._probabilities = np.full(len(MODELS), 1.0 / len(MODELS))
+        self._age, self._count, self._checks = 0.0, 0, list(RELINEARIZATION_TIMES)
+        self._repeated: Record | None = None  # members of a running repetition
+        self._done = 0  # steps of the buffer that it has repeated
+
+    def interrupt(self, deflection: float, variance: float) -> None:
+        """Reset the motion to a deflection [m] of this variance [m^2] after a gap; the coefficients stay."""
+        if self._members is None:
+            return
+        self._encoder.restart(deflection, variance)
+        self._checks.clear()
+        self._repeated = None
+        step = np.zeros(1, STEP)
+        self._encoder.write(step["encoder"])
+        for m in range(len(self._members)):
+            reset_motion(self._members[m : m + 1], step["encoder"])
+
+    def shift(self, offset: float) -> None:
+        """Shift the elastic law by `offset` [m]: the encoder reads so much more from now on."""
+        if self._members is None:
+            return
+        self._geometry["reference"] += offset
+        self._geometry["origin"] += offset
+
+    def step(self, dt: float, deflection: tuple[float, float], force: tuple[float, float], growth: float) -> None:
+        """One step dt [s] after the last.
+
+        `deflection` [m] and `force` [N] with their variances; a force of NaN is none. `growth` [1/m] is the estimate of
+        k2, about which a repetition expands the exponential law.
+        """
+        if self._members is None:
+            self._start(deflection, force)
+            return
+        self._encoder.add(dt, *deflection)
+        step = np.zeros(1, STEP)
+        step["dt"], step["deflection"], step["deflection_variance"] = dt, deflection[0], deflection[1]
+        step["force"], step["force_variance"] = force
+        self._encoder.write(step["encoder"])
+        advance(self._members, self._geometry, step)
+        mixture(self._members, self._geometry, self._probabilities, self.impedance)
+        self._age += dt
+        self._store(step, growth)
+
+    @property
+    def is_repeating(self) -> bool:
+        """Whether a repetition is running."""
+        return self._repeated is not None
+
+    @property
+    def age(self) -> float:
+        """Time of the steps since the start [s]."""
+        return self._age
+
+    def repeat_slice(self) -> None:
+        """Repeat some steps of the running repetition; at its end its members replace the live ones."""
+        if self._repeated is None:
+            return
+        steps = self._buffer[self._done : min(self._done + STEPS_PER_SLICE, self._count)]
+        steps["relinearizing"] = True
+        repeat(self._repeated, self._repeated_geometry, steps)
+        self._done += len(steps)
+        if self._done == self._count:
+            self._members, self._repeated, self._geometry = self._repeated, None, self._repeated_geometry
+            mixture(self._members, self._geometry, self._probabilities, self.impedance)
+
+    @property
+    def exponential_evidence(self) -> float:
+        """Log likelihood of the exponential law relative to the best member, not below -MAX_EVIDENCE."""
+        return float(self._members["ln_likelihood"][0]) if self._members is not None else 0.0
+
+    @property
+    def exponential_probability(self) -> float:
+        """Probability of the exponential law."""
+        return float(self._probabilities[0])
+
+    @property
+    def force_nis(self) -> float | None:
+        """Normalised innovation squared of the last force in the most probable member; None without a force."""
+        if self._members is None:
+            return None
+        best = self._members[int(np.argmax(self._probabilities))]
+        variance = float(best["innovation_variance"])
+        return float(best["innovation"]) ** 2 / variance if variance > 0.0 else None
+
+    @property
+    def description(self) -> str:
+        """The most probable model, with its probability."""
+        best = int(np.argmax(self._probabilities))
+        return f"{MODELS[best].name} ({100.0 * self._probabilities[best]:.0f} %)"
+
+    def _start(self, deflection: tuple[float, float], force: tuple[float, float]) -> None:
+        if math.isnan(force[0]):
+            return
+        x, variance = deflection
+        self._geometry = self._repeated_geometry = geometry_at(self._initial, x, self._initial.k2)
+        self._members = members_at(self._initial, x, force[0], variance)
+        self._prior = self._members.copy()
+        self._encoder.restart(x, variance)
+
+    def _store(self, step: Record, growth: float) -> None:
+        """Keep a step for repetitions, and begin one that is due."""
+        if not self._checks and self._repeated is None:
+            return
+        if self._count == len(self._buffer):
+            self._checks.clear()
+            self._repeated = None
+            return
+        self._buffer[self._count] = step[0]
+        self._count += 1
+        if self._checks and self._repeated is None and self._age >= self._checks[0] and self._members is not None:
+            self._checks.pop(0)
+            self._repeated = self._prior.copy()
+            self._repeated_geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), growth)
+            linear = self._members["mean"].copy()
+            linear[:, SPRING:] = with_growth(linear[:, SPRING:], self._geometry, self._repeated_geometry)
+            self._repeated["linear"] = linear
+            self._done = 0

@@ -1,0 +1,183 @@
+"""Scalar updates of a member by deflection and force, in Joseph form. Bar-Shalom, Li and Kirubarajan, ch. 5 and 10."""
+
+import math
+
+import numpy as np
+from vsa_common.accel import compiled
+from vsa_common.types import Array
+from vsa_estimator.general.basis import damping_spline
+from vsa_estimator.general.law import LAW, general_force
+from vsa_estimator.general.records import (
+    D0, D1, D2, DAMPER, DELAY, MOTION, SIZE, SPRING, A, B, M, Record, V, X,
+)  # fmt: skip
+from vsa_estimator.tuning.filter import (
+    CROSS_NOISE_SHARE, FORCE_INFLATION, HARD_GATE, MIN_MATCHING_SPEED, MIN_REVERSAL_FORCE, REVERSAL_SHARE,
+    REVERSAL_SPEED, REVERSAL_TIME, SOFT_GATE,
+)  # fmt: skip
+from vsa_estimator.tuning.force_law import COULOMB_SPEED, MIN_D1
+from vsa_estimator.tuning.general import (
+    MAX_DAMPING_UNCERTAINTY, MAX_DELAY, MAX_STIFFNESS_UNCERTAINTY, MIN_DAMPING_SHARE, MOTION_GATE,
+    UNEXPLAINED_TIME,
+)  # fmt: skip
+
+FORM = 3.0**-0.5  # root mean square of a uniform distribution over 0 to 1
+
+
+@compiled
+def correct(member: Record, ph: Array, gain: Array, innovation: float, variance: float) -> None:
+    """Joseph form for any gain, over the active states: P becomes P - K (PH)' - (PH) K' + K S K'."""
+    one = member[0]
+    z, p, active = one["mean"], one["covariance"], one["active"][: one["count"]]
+    for m in range(active.size):
+        i = active[m]
+        z[i] += gain[i] * innovation
+        for n in range(m, active.size):
+            j = active[n]
+            entry = p[i, j] + gain[i] * (variance * gain[j] - ph[j]) - ph[i] * gain[j]
+            p[i, j] = entry
+            p[j, i] = entry
+
+
+@compiled
+def reset_motion(member: Record, encoder: Record) -> None:
+    """Set the motion to that of the encoder alone; the coefficients stay."""
+    one = member[0]
+    z, p, bias = one["mean"], one["covariance"], one["bias"]
+    states = MOTION + 1 if one["model"]["encoder"] else MOTION
+    bias[:states] = 0.0
+    p[:states] = 0.0
+    p[:, :states] = 0.0
+    z[:MOTION] = encoder[0]["mean"]
+    p[:MOTION, :MOTION] = encoder[0]["covariance"]
+    if one["model"]["encoder"]:
+        variance = one["model"]["travel_std"] ** 2
+        z[B] = 0.0
+        p[B, B] = variance
+        p[X, X] += variance
+        p[X, B] = p[B, X] = -variance
+
+
+@compiled
+def correct_deflection(member: Record, measured: float, noise: float) -> bool:
+    """Update by a deflection [m] with the variance `noise` [m^2]; False where the motion has to be reset."""
+    one = member[0]
+    z, p, bias, share = one["mean"], one["covariance"], one["bias"], 1.0 if one["model"]["encoder"] else 0.0
+    ph = p[X] + share * p[B]
+    variance = ph[X] + share * ph[B] + noise
+    innovation = measured - z[X] - share * z[B]
+    one["ln_likelihood"] -= 0.5 * (math.log(variance) + min(innovation * innovation / variance, SOFT_GATE))
+    if innovation * innovation > MOTION_GATE * variance:
+        return False
+    gain = ph / variance
+    bias -= gain * (bias[X] + share * bias[B])
+    correct(member, ph, gain, innovation, variance)
+    return True
+
+
+@compiled
+def second_order(member: Record, geometry: Record, law: Record) -> tuple[float, float, float, float]:
+    """Second-order terms of the force: mean [N], variance [N^2]; variances of stiffness and damping at the motion."""
+    p, out = member[0]["covariance"], law[0]
+    first, w = SPRING + out["interval"], out["factor"] * out["weights"]
+    by_x, stiffness, by_v, damping = 0.0, 0.0, 0.0, 0.0
+    for j in range(4):
+        by_x += w[j] * p[X, first + j]
+        for k in range(4):
+            stiffness += w[j] * w[k] * p[first + j, first + k]
+    if member[0]["model"]["spline_damper"]:
+        b, slope = np.empty(3), np.empty(3)
+        first = DAMPER + damping_spline(out["speed"], geometry[0]["speed_spacing"], b, slope)
+        for j in range(3):
+            by_v += b[j] * p[V, first + j]
+            for k in range(3):
+                damping += b[j] * b[k] * p[first + j, first + k]
+    else:
+        cubic = 3.0 * out["clipped"] * out["clipped"]
+        by_v = out["below_peak"] * (p[V, D1] + cubic * p[V, D2])
+        damping = out["below_peak"] * (p[D1, D1] + 2.0 * cubic * p[D1, D2] + cubic * cubic * p[D2, D2])
+    bend = out["stiffness_slope"] * p[X, X]
+    variance = 0.5 * bend * bend + out["damper_variance"] + p[X, X] * stiffness + by_x * by_x
+    variance += p[V, V] * damping + by_v * by_v + p[A, A] * p[M, M]
+    return 0.5 * bend + by_x + by_v + p[A, M], variance, stiffness, damping
+
+
+@compiled
+def reversal_variance(member: Record, law: Record, dt: float) -> float:
+    """Variance [N^2] of the Coulomb model error around zero velocity, correlated over the time at rest."""
+    one = member[0]
+    z, p = one["mean"], one["covariance"]
+    error = max(REVERSAL_SHARE * (abs(law[0]["friction"]) + math.sqrt(p[D0, D0])), MIN_REVERSAL_FORCE)
+    error *= math.exp(-(z[V] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[V, V]))
+    return float(error * error * max(1.0, max(REVERSAL_TIME, one["time_since_motion"]) / dt))
+
+
+@compiled
+def partial_update(member: Record, law: Record, stiffness: float, damping: float, gain: Array) -> None:
+    """Zero the gains of states that the force does not determine (Schmidt).
+
+    The mass without a significant acceleration; the motion while stiffness or damping at it, whose variances are
+    given, are too uncertain: the force would pull the motion with a wrong gradient.
+    """
+    one = member[0]
+    z, p = one["mean"], one["covariance"]
+    if z[A] ** 2 < 9.0 * p[A, A]:
+        gain[M] = 0.0
+    least = MIN_DAMPING_SHARE * max(one["linear"][D1], one["linear"][DAMPER])
+    tolerance = MAX_DAMPING_UNCERTAINTY * max(abs(law[0]["damper_slope"]), least)
+    if stiffness > (MAX_STIFFNESS_UNCERTAINTY * law[0]["stiffness"]) ** 2 or damping > tolerance * tolerance:
+        gain[:MOTION] = 0.0
+
+
+@compiled
+def correct_force(member: Record, geometry: Record, step: Record) -> None:
+    """Update by the force of `step`, (1,) STEP; beyond the gate it is rejected."""
+    one, now = member[0], step[0]
+    z, p, bias, gain, dt = one["mean"], one["covariance"], one["bias"], one["gain"], now["dt"]
+    active = one["active"][: one["count"]]
+    gradient, law = np.zeros(SIZE), np.empty(1, LAW)
+    coulomb_speed = math.sqrt(COULOMB_SPEED**2 + 1.5 * (p[V, V] + (z[A] * dt) ** 2 / 12.0))
+    expected = general_force(member, geometry, coulomb_speed, math.sqrt(p[V, V]), gradient, law)
+    mean, spread, stiffness, damping = second_order(member, geometry, law)
+    own = CROSS_NOISE_SHARE * law[0]["stiffness"] ** 2 * now["deflection_variance"]
+    ph = np.zeros(SIZE)
+    variance = now["force_variance"] + spread + reversal_variance(member, law, dt) + own
+    for j in active:
+        for k in active:
+            ph[j] += gradient[k] * p[k, j]
+        variance += gradient[j] * ph[j]
+    innovation = now["force"] - expected - mean
+    modelled, variance = variance, variance + max(one["unexplained"], 0.0)
+    nis = innovation * innovation / variance
+    one["innovation"], one["innovation_variance"] = innovation, variance
+    one["ln_likelihood"] -= 0.5 * (math.log(variance) + min(nis, SOFT_GATE))
+    match_unexplained(member, innovation, modelled, dt)
+    one["stiffness"] = max(law[0]["stiffness"], 1.0)
+    if nis > HARD_GATE:
+        return
+    inflated = variance * (nis / SOFT_GATE) ** FORCE_INFLATION if nis > SOFT_GATE else variance
+    gain[:] = ph / inflated
+    partial_update(member, law, stiffness, damping, gain)
+    form = FORM * abs(law[0]["friction"]) * (np.sign(z[V]) - math.tanh(z[V] / coulomb_speed))
+    error = form
+    for j in active:
+        error -= gradient[j] * bias[j]
+    bias += gain * error
+    correct(member, ph, gain, innovation, inflated - own)
+    apply_bounds(z)
+
+
+@compiled
+def match_unexplained(member: Record, innovation: float, modelled: float, dt: float) -> None:
+    """Covariance matching (Mehra, 1970): leaky mean of the squared innovation beyond the modelled variance [N^2]."""
+    if abs(member[0]["mean"][V]) > MIN_MATCHING_SPEED:
+        square = min(innovation * innovation, SOFT_GATE * member[0]["innovation_variance"])
+        member[0]["unexplained"] += dt / UNEXPLAINED_TIME * (square - modelled - member[0]["unexplained"])
+
+
+@compiled
+def apply_bounds(z: Array) -> None:
+    """Keep the coefficients within their physical bounds."""
+    z[M] = max(z[M], 0.0)
+    z[D0] = max(z[D0], 0.0)
+    z[D1] = max(z[D1], MIN_D1)
+    z[DELAY] = min(max(z[DELAY], -MAX_DELAY), MAX_DELAY)

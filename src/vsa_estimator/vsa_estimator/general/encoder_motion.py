@@ -1,0 +1,84 @@
+"""Motion from the encoder alone: a bank of filters over the density of white snap, and the most likely one."""
+
+import math
+from collections import deque
+
+import numpy as np
+from vsa_common.accel import compiled
+from vsa_common.types import Array
+from vsa_estimator.general.prediction import add_snap_noise
+from vsa_estimator.general.records import MOTION, Record
+from vsa_estimator.tuning.filter import BANK_NIS_CAP, INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD, PSD_SCALE
+from vsa_estimator.tuning.general import DENSITY_WINDOW, DENSITY_WINDOWS, INITIAL_JERK_STD, MIN_SNAP_DENSITY
+
+CANDIDATES: Array = np.logspace(-6.0, 3.0, 19)  # [m^2/s^7]
+
+
+@compiled
+def advance_encoder(means: Array, covariances: Array, likelihood: Array, measurement: Array) -> None:
+    """One step of all filters: `means` (19, 4), `covariances` (19, 4, 4), `likelihood` (19,).
+
+    `measurement` is dt [s], deflection [m] and its variance [m^2].
+    """
+    dt, deflection, noise = measurement[0], measurement[1], measurement[2]
+    f = np.eye(MOTION)
+    for i in range(MOTION - 1):
+        f[i, i + 1] = dt
+    f[0, 2] = f[1, 3] = 0.5 * dt * dt
+    f[0, 3] = dt**3 / 6.0
+    for c in range(CANDIDATES.size):
+        means[c] = f @ means[c]
+        p = f @ covariances[c] @ f.T
+        add_snap_noise(p, CANDIDATES[c], dt)
+        variance = p[0, 0] + noise
+        innovation = deflection - means[c, 0]
+        likelihood[c] -= 0.5 * (math.log(variance) + min(innovation * innovation / variance, BANK_NIS_CAP))
+        gain = p[:, 0] / variance
+        means[c] += gain * innovation
+        covariances[c] = p - np.outer(gain, p[0])
+
+
+class EncoderMotion:
+    """Running estimate of the motion and of its snap density."""
+
+    def __init__(self) -> None:
+        """Before the first deflection."""
+        self._means = np.zeros((CANDIDATES.size, MOTION))
+        self._covariances = np.zeros((CANDIDATES.size, MOTION, MOTION))
+        self._likelihood = np.zeros(CANDIDATES.size)
+        self._recent: deque[Array] = deque(maxlen=DENSITY_WINDOWS)
+        self._best = CANDIDATES.size // 2
+        self._density = float(CANDIDATES[self._best])
+        self._elapsed = 0.0
+
+    def restart(self, deflection: float, variance: float) -> None:
+        """Begin at a deflection [m] of this variance [m^2]: at the first sample and after a gap."""
+        self._means[:] = deflection, 0.0, 0.0, 0.0
+        spread = (variance, INITIAL_SPEED_STD**2, INITIAL_ACCELERATION_STD**2, INITIAL_JERK_STD**2)
+        self._covariances[:] = np.diag(spread)
+
+    def add(self, dt: float, deflection: float, variance: float) -> None:
+        """Update by a deflection [m] with this variance [m^2], dt [s] after the one before."""
+        advance_encoder(self._means, self._covariances, self._likelihood, np.array([dt, deflection, variance]))
+        self._elapsed += dt
+        if self._elapsed >= DENSITY_WINDOW:
+            self._elapsed = 0.0
+            self._refresh()
+
+    def _refresh(self) -> None:
+        """Close a window; the density is that of the maximum of the likelihood, by a parabola through its neighbours."""
+        self._recent.append(self._likelihood.copy())
+        self._likelihood[:] = 0.0
+        total = np.sum(self._recent, axis=0)
+        best = self._best = int(np.argmax(total))
+        shift = 0.0
+        if 0 < best < CANDIDATES.size - 1:
+            before, at, after = total[best - 1 : best + 2]
+            shift = 0.5 * (before - after) / (before - 2.0 * at + after)
+        likely = CANDIDATES[best] * (CANDIDATES[1] / CANDIDATES[0]) ** shift
+        self._density = max(MIN_SNAP_DENSITY, PSD_SCALE * float(likely))
+
+    def write(self, encoder: Record) -> None:
+        """Write motion, covariance and density into `encoder`, (1,) ENCODER."""
+        encoder["mean"], encoder["covariance"] = self._means[self._best], self._covariances[self._best]
+        encoder["density"] = self._density

@@ -1,0 +1,88 @@
+"""Prediction of a member: motion with white snap, disturbances, relaxation and hysteresis."""
+
+import math
+
+import numpy as np
+from vsa_common.accel import compiled
+from vsa_common.types import Array
+from vsa_estimator.general.basis import cubic, locate
+from vsa_estimator.general.records import (
+    HYSTERESIS_SIZE, LEVEL_RATE, MOTION, RELAXATION_SIZE, SIZE, SPRING, SPRING_SIZE, A, B, J, L, Record, V, X,
+)  # fmt: skip
+from vsa_estimator.tuning.general import LEVEL_RATE_TIME, RELAXATION_TIMES, SPRING_SPACING, STOP_TRAVELS
+
+RELAXATION_TIME = np.array(RELAXATION_TIMES)
+STOP_TRAVEL = np.array(STOP_TRAVELS)
+FACTORIAL = np.array([6.0, 2.0, 1.0, 1.0])  # (3 - i)! of the states of the motion
+
+
+@compiled
+def advance_memory(member: Record, dt: float) -> None:
+    """Relaxation states q_k [N], driven by the elastic force, and stop operators y_k (within +-1), over dt [s]."""
+    one = member[0]
+    v = one["mean"][V]
+    for k in range(RELAXATION_SIZE):
+        decay = math.exp(-dt / RELAXATION_TIME[k])
+        one["relaxation"][k] = one["relaxation"][k] * decay + one["stiffness"] * v * RELAXATION_TIME[k] * (1.0 - decay)
+    for k in range(HYSTERESIS_SIZE):
+        one["stop"][k] = min(max(one["stop"][k] + v * dt / STOP_TRAVEL[k], -1.0), 1.0)
+
+
+@compiled
+def transition(rows: Array, indices: Array, dt: float, decay: float) -> None:
+    """Multiply `rows` (SIZE, n) by the transition over dt [s], at the columns `indices`; `decay` is that of B."""
+    half, sixth, rate_decay = 0.5 * dt * dt, dt**3 / 6.0, math.exp(-dt / LEVEL_RATE_TIME)
+    for j in indices:
+        rows[X, j] += dt * rows[V, j] + half * rows[A, j] + sixth * rows[J, j]
+        rows[V, j] += dt * rows[A, j] + half * rows[J, j]
+        rows[A, j] += dt * rows[J, j]
+        rows[B, j] *= decay
+        rows[L, j] += dt * rows[LEVEL_RATE, j]
+        rows[LEVEL_RATE, j] *= rate_decay
+
+
+@compiled
+def add_snap_noise(p: Array, density: float, dt: float) -> None:
+    """Add the noise of white snap of a density [m^2/s^7] over dt [s] to the covariance of the motion."""
+    for i in range(MOTION):
+        for j in range(MOTION):
+            p[i, j] += density * dt ** (7 - i - j) / (FACTORIAL[i] * FACTORIAL[j] * (7 - i - j))
+
+
+@compiled
+def add_scale_noise(member: Record, geometry: Record, variance: float) -> None:
+    """Add a random change of the whole elastic law of this relative variance to the covariance."""
+    z, p = member[0]["mean"], member[0]["covariance"]
+    i, u = locate(geometry[0]["reference"], geometry[0]["origin"], geometry[0]["spacing"])
+    w, level = np.empty(4), 0.0
+    cubic(u, w)
+    for j in range(4):
+        level += w[j] * z[SPRING + i + j] * geometry[0]["spacing"] / SPRING_SPACING
+    direction = np.empty(SPRING_SIZE)
+    direction[:] = z[SPRING:]
+    p[L, L] += variance * level * level
+    for i in range(SPRING_SIZE):
+        p[L, SPRING + i] += variance * level * direction[i]
+        p[SPRING + i, L] += variance * level * direction[i]
+        for j in range(SPRING_SIZE):
+            p[SPRING + i, SPRING + j] += variance * direction[i] * direction[j]
+
+
+@compiled
+def predict_member(member: Record, geometry: Record, dt: float, snap_density: float) -> None:
+    """Predict state and covariance by dt [s] with white snap of a density [m^2/s^7]."""
+    one = member[0]
+    z, p, model = one["mean"], one["covariance"], one["model"]
+    advance_memory(member, dt)
+    decay = math.exp(-abs(z[V] * dt) / model["travel_length"])
+    first, active = np.zeros(1, np.int64), one["active"][: one["count"]]
+    transition(z.reshape((SIZE, 1)), first, dt, decay)
+    transition(one["bias"].reshape((SIZE, 1)), first, dt, decay)
+    transition(p, active, dt, decay)
+    transition(p.T, active, dt, decay)
+    add_snap_noise(p, snap_density, dt)
+    p[B, B] += model["travel_std"] ** 2 * (1.0 - decay * decay)
+    p[L, L] += model["level_density"] * dt
+    p[LEVEL_RATE, LEVEL_RATE] += model["rate_density"] * dt
+    if model["scale_density"] > 0.0:
+        add_scale_noise(member, geometry, model["scale_density"] * dt)

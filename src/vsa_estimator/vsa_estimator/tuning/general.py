@@ -1,0 +1,109 @@
+"""Tuned constants of `vsa_estimator.general`."""
+
+from functools import partial
+
+from vsa_common.tuning import constant
+
+_constant = partial(constant, module=__name__)
+_MEASURED = "docs/decisions/0014-general-law.md"
+
+# Force law
+STRIBECK_SPEEDS = _constant("STRIBECK_SPEEDS", (0.1e-3, 0.25e-3, 0.6e-3), "m/s", 1e-5, 1e-2,
+    "widths of the Gaussians of the Stribeck dip: a factor 2.5 apart", _MEASURED)  # fmt: skip
+RELAXATION_TIMES = _constant("RELAXATION_TIMES", (0.25, 0.5, 1.0, 2.0, 4.0, 8.0), "s", 0.01, 100.0,
+    "time constants of the generalised Maxwell model: a factor 2 apart", _MEASURED)  # fmt: skip
+STOP_TRAVELS = _constant("STOP_TRAVELS", (0.05e-3, 0.2e-3, 0.8e-3), "m", 1e-6, 1e-2,
+    "travels of the stop operators of the hysteresis: a factor 4 apart", _MEASURED)  # fmt: skip
+LEVEL_RATE_TIME = _constant("LEVEL_RATE_TIME", 3.0, "s", 0.3, 30.0,
+    "correlation time of the level's rate", _MEASURED)  # fmt: skip
+UNBOUNDED_SPEED = _constant("UNBOUNDED_SPEED", 1.0, "m/s", 0.1, 10.0,
+    "peak speed v* of a damper without a significant cubic term", "above every speed of a transmission")  # fmt: skip
+MIN_CUBIC = _constant("MIN_CUBIC", 1e5, "N s^3/m^3", 1e3, 1e6,
+    "-d2 below which the damper counts as linear", "v* above 0.1 m/s for d1 of 4000 N s/m")  # fmt: skip
+MIN_SPEED_STD = _constant("MIN_SPEED_STD", 1e-6, "m/s", 1e-8, 1e-5,
+    "lower limit of the interval of the statistical linearisation", "keeps the quotient finite")  # fmt: skip
+SPRING_SPACING = _constant("SPRING_SPACING", 0.5, "1/k2", 0.1, 2.0,
+    "knot distance of the elastic spline", "interpolation error of exp(k2 x) below 1e-4")  # fmt: skip
+SPEED_SPACING = _constant("SPEED_SPACING", 1.0 / 7.0, "v*", 0.05, 0.5,
+    "knot distance of the damper's spline; 14 splines reach 1.7 v*", _MEASURED)  # fmt: skip
+SPARE_SPEED = _constant("SPARE_SPEED", 3.5e-3, "m/s", 1e-4, 0.1,
+    "v* for the spacing where the initial damper has none", "v* of the paper's damper")  # fmt: skip
+
+# Prior, relative to the initial coefficients
+LEVEL_STD = _constant("LEVEL_STD", 3.0, "N", 0.3, 30.0,
+    "of the level about the first force: friction and damper at the first sample", _MEASURED)  # fmt: skip
+STIFFNESS_STD = _constant("STIFFNESS_STD", 1.0, "1", 0.3, 3.0,
+    "of the stiffness at the reference, relative: wrong by a factor of two", "required start values")  # fmt: skip
+SLOPE_STD = _constant("SLOPE_STD", 0.5, "1", 0.1, 2.0,
+    "of the slope of the stiffness relative to the exponential, in k2", _MEASURED)  # fmt: skip
+SHAPE_STD = _constant("SHAPE_STD", 0.5, "1", 0.1, 2.0,
+    "of the shape of the stiffness relative to the exponential (Matern 5/2)", _MEASURED)  # fmt: skip
+SHAPE_LENGTH = _constant("SHAPE_LENGTH", 1.33, "1/k2", 0.3, 5.0,
+    "correlation length of the shape", _MEASURED)  # fmt: skip
+DAMPER_SHAPE_STD = _constant("DAMPER_SHAPE_STD", 0.6, "d1", 0.1, 2.0,
+    "of the shape of the damping over the speed (Matern 5/2)", _MEASURED)  # fmt: skip
+DAMPER_SHAPE_LENGTH = _constant("DAMPER_SHAPE_LENGTH", 0.71, "v*", 0.2, 3.0,
+    "correlation length of that shape", _MEASURED)  # fmt: skip
+CUBIC_STD = _constant("CUBIC_STD", 2.0, "initial.d2_std", 0.5, 5.0,
+    "of d2, in the configured standard deviation: other springs hide it longer", _MEASURED)  # fmt: skip
+DELAY_STD = _constant("DELAY_STD", 4e-3, "s", 1e-4, 0.05,
+    "of the delay between force and encoder", "filters and buses of sensors: up to 10 ms")  # fmt: skip
+MAX_DELAY = _constant("MAX_DELAY", 0.03, "s", 0.01, 0.1,
+    "limit of the delay: the second-order expansion fails beyond it", "derivation: a delay of 1/10 rad at 0.5 Hz")  # fmt: skip
+STRIBECK_STD = _constant("STRIBECK_STD", 0.7, "initial.coulomb_friction_std", 0.1, 3.0,
+    "of each amplitude of the Stribeck dip", _MEASURED)  # fmt: skip
+RELAXATION_STD = _constant("RELAXATION_STD", 0.07, "1", 0.01, 0.5,
+    "of the share of each relaxation time", _MEASURED)  # fmt: skip
+HYSTERESIS_STD = _constant("HYSTERESIS_STD", 1.0, "initial.coulomb_friction_std", 0.1, 10.0,
+    "of the amplitude of each stop operator", _MEASURED)  # fmt: skip
+INITIAL_JERK_STD = _constant("INITIAL_JERK_STD", 3e-2, "m/s^3", 1e-3, 1.0,
+    "initial standard deviation of the jerk", "motion of 0.1 mm at 1 Hz")  # fmt: skip
+
+# Updates
+MOTION_GATE = _constant("MOTION_GATE", 36.0, "1", 16.0, 100.0,
+    "NIS of a deflection above which a member's motion is set to that of the encoder", "6 standard deviations")  # fmt: skip
+MAX_STIFFNESS_UNCERTAINTY = _constant("MAX_STIFFNESS_UNCERTAINTY", 0.1, "1", 0.02, 0.5,
+    "relative standard deviation of the stiffness up to which a force updates the motion", _MEASURED)  # fmt: skip
+MAX_DAMPING_UNCERTAINTY = _constant("MAX_DAMPING_UNCERTAINTY", 0.15, "1", 0.02, 0.5,
+    "relative standard deviation of the damping up to which a force updates the motion", _MEASURED)  # fmt: skip
+MIN_DAMPING_SHARE = _constant("MIN_DAMPING_SHARE", 0.2, "1", 0.05, 0.5,
+    "lower limit of the damping in that ratio, relative to the damping at rest", _MEASURED)  # fmt: skip
+UNEXPLAINED_TIME = _constant("UNEXPLAINED_TIME", 5.0, "s", 1.0, 30.0,
+    "time constant of the unexplained variance of the force", _MEASURED)  # fmt: skip
+RELINEARIZATION_TIMES = _constant("RELINEARIZATION_TIMES", (3.0, 6.0, 10.0, 15.0, 24.0), "s", 1.0, 120.0,
+    "ages of the bank at which it repeats its data with the gradient of its own estimate", _MEASURED)  # fmt: skip
+STEPS_PER_SLICE = _constant("STEPS_PER_SLICE", 4, "1", 2, 100,
+    "repeated steps between two samples: 0.4 ms", "required: no sample delayed by more than 0.5 ms")  # fmt: skip
+MIN_SNAP_DENSITY = _constant("MIN_SNAP_DENSITY", 3e-5, "m^2/s^7", 1e-7, 1e-2,
+    "lower limit of the snap density", _MEASURED)  # fmt: skip
+DENSITY_WINDOW = _constant("DENSITY_WINDOW", 0.5, "s", 0.1, 2.0,
+    "time between two estimates of the snap density", _MEASURED)  # fmt: skip
+DENSITY_WINDOWS = _constant("DENSITY_WINDOWS", 20, "1", 5, 100,
+    "windows over which the likelihood of a snap density counts: 10 s", _MEASURED)  # fmt: skip
+
+# Evidence
+MAX_EVIDENCE = _constant("MAX_EVIDENCE", 20.0, "nat", 5.0, 100.0,
+    "bound of the log likelihood between members: what is refuted can return within seconds", _MEASURED)  # fmt: skip
+MIN_PROBABILITY = _constant("MIN_PROBABILITY", 1e-4, "1", 1e-8, 1e-2,
+    "probability below which a member is left out of the mixture", "its share of a standard deviation is 1 %")  # fmt: skip
+REFUTATION = _constant("REFUTATION", 18.0, "nat", 5.0, 20.0,
+    "log likelihood below the best member at which the exponential law counts as refuted", "odds of 7e7")  # fmt: skip
+ADEQUACY_TIME = _constant("ADEQUACY_TIME", 0.5, "s", 0.1, 5.0,
+    "time constant of the NIS that tells whether the bank explains the force", "a quarter of REFUTATION_TIME")  # fmt: skip
+REFUTATION_TIME = _constant("REFUTATION_TIME", 2.0, "s", 0.2, 20.0,
+    "time for which the exponential law stays at that bound until it is refuted", _MEASURED)  # fmt: skip
+MIN_AGE = _constant("MIN_AGE", 6.0, "s", 2.0, 30.0,
+    "age of the bank from which it may refute the law: the second repetition", _MEASURED)  # fmt: skip
+DISAGREEMENT = _constant("DISAGREEMENT", 9.0, "1", 4.0, 25.0,
+    "squared difference between bank and filter, in its variance, above which the bank is published",
+    "chi-square, 1 degree of freedom: p = 0.003")  # fmt: skip
+BLOCK_LENGTHS = _constant("BLOCK_LENGTHS", (10.0, 40.0, 160.0, 640.0), "steps", 2.0, 5000.0,
+    "block lengths of the lack-of-fit test: 0.1 to 6.4 s", _MEASURED)  # fmt: skip
+LACK_MEMORY = _constant("LACK_MEMORY", 3000.0, "steps", 300.0, 30000.0,
+    "memory of the lack-of-fit test: 30 s", _MEASURED)  # fmt: skip
+SHRINKAGE = _constant("SHRINKAGE", 4.0, "blocks", 1.0, 20.0,
+    "prior weight of a model without lack of fit", _MEASURED)  # fmt: skip
+INFLUENCE_GAIN = _constant("INFLUENCE_GAIN", 2e-3, "1", 1e-4, 1e-1,
+    "gain of the mean squared influence, which scales the blocks", "5 s at 100 Hz")  # fmt: skip
+MIN_RELATIVE_STIFFNESS = _constant("MIN_RELATIVE_STIFFNESS", 1e-3, "1", 1e-6, 0.1,
+    "lower limit of the stiffness relative to its coefficients", "keeps the logarithm finite")  # fmt: skip
