@@ -10,6 +10,7 @@ import numpy as np
 from vsa_common.types import Array, Integers, ResetReason, Status
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.filter.records import Record
+from vsa_estimator.law_choice import with_bank
 from vsa_estimator.modes import Mode
 from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
 from vsa_estimator.output.predictor import (
@@ -144,7 +145,7 @@ class Estimator:
         supervisor = self._supervisor
         supervisor.tracker.update_uncertainty()
         faults = [*self._latch.active_faults(self._stamp_ns), supervisor.modes.reason]
-        return state_of(supervisor.tracker, self._estimate, Diagnostics(
+        state = state_of(supervisor.tracker, self._estimate, Diagnostics(
             stamp_ns=self._stamp_ns,
             faults=tuple(text for text in faults if text),
             reset_count=supervisor.counters.resets,
@@ -158,6 +159,7 @@ class Estimator:
             deflection_rejected=supervisor.counters.deflection_rejected,
             force_repeated=self._latch.force_repeated,
         ))  # fmt: skip
+        return with_bank(state, supervisor.laws) if supervisor.laws.publishes_bank else state
 
     def _begin(self) -> None:
         self._pipeline.reset()
@@ -215,13 +217,13 @@ class Estimator:
         tracker.update_uncertainty()
         self._force_variance = supervisor.noise.force.std**2
         self._constants = (
-            supervisor.counters.resets, supervisor.counters.reset_reason, *supervisor.published_coefficients
+            supervisor.counters.resets, supervisor.counters.reset_reason, *supervisor.laws.coefficients(tracker)
         )  # fmt: skip
         self._snapshot["published"][0] = (
             not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
-            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, supervisor.publishes_bank,
-            supervisor.impedance[0], *self._constants,
+            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, supervisor.laws.publishes_bank,
+            supervisor.laws.impedance[0], *self._constants,
         )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:

@@ -47,7 +47,8 @@ class ModeMachine:
     """Owner of the operating mode; only `handle` changes it.
 
     Plain attributes, since every filter step reads them: `mode`; `initialized`, whether the filter has taken over the
-    coefficients; `suspended`; `general`, whether the bank estimates; `reason`, why updates are suspended, empty in any other mode.
+    coefficients; `suspended`; `general`, whether the bank estimates; `reason`, why updates are suspended, empty in any
+    other mode.
     """
 
     def __init__(self) -> None:

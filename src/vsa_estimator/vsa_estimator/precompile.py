@@ -1,10 +1,12 @@
 """Compilation of all compiled functions before the first sample."""
 
 import numpy as np
+from vsa_common.accel import ACCELERATED
 from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.general.bank import Bank
 from vsa_estimator.force_law.state import Z
 from vsa_estimator.initialization.row_noise import whiten
 from vsa_estimator.initialization.windows import BAND
@@ -28,7 +30,19 @@ def precompile() -> None:
         process_sample(pipeline.state, tracker.state, snapshot, stamp_ns, 30.0, 0.01)
     _ = tracker.sufficient_stroke, pipeline.is_decimating  # properties that call compiled functions
     parity.isolate_fault()
+    if ACCELERATED:
+        _run_bank()
     noise.refresh()
+
+
+def _run_bank() -> None:
+    """Steps of a bank up to a repetition, with a gap."""
+    initial = EstimatorConfig().initial
+    bank = Bank(initial, 10.0)
+    while not bank.is_repeating:
+        bank.step(0.1, (0.01, 1e-10), (30.0, 1e-4), initial.k2)
+    bank.repeat_slice()
+    bank.interrupt(0.01, 1e-10)
 
 
 def _moving_tracker() -> Tracker:

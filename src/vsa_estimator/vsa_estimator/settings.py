@@ -36,7 +36,7 @@ class EstimatorConfig:
     elastic_law: str = choice(
         "automatic",
         ("automatic", "exponential"),
-        "automatic: the exponential law, eq. (2), until the data refute it, then a law of any form; exponential: always",
+        "automatic: the exponential law, eq. (2), until the data refute it, then any law; exponential: always that law",
     )
     filter_rate: float = quantity(
         100.0, "Hz", 10.0, 1000.0, "rate of the filter; faster samples are averaged, the output keeps their rate"

@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_common.types import Array
 from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
 from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture

@@ -1,4 +1,4 @@
-"""Spline bases: cubic B-splines of the relative stiffness over the deflection, quadratic ones of the damping over |v|."""
+"""Spline bases: cubic B-splines of the relative stiffness, quadratic B-splines of the damping over |v|."""
 
 import math
 
@@ -35,7 +35,7 @@ def cubic_slope(u: float, w: Array) -> None:
 def locate(x: float, origin: float, spacing: float) -> tuple[int, float]:
     """Interval of x [m] and position within it, 0 to 1; limited to the ends of the spline."""
     s = min(max((x - origin) / spacing, -MAX_CELLS), MAX_CELLS)
-    i = min(max(int(math.floor(s)), 0), INTERVALS - 1)
+    i = min(max(math.floor(s), 0), INTERVALS - 1)
     return i, min(max(s - i, 0.0), 1.0)
 
 
@@ -79,7 +79,7 @@ def fill_table(geometry: Record) -> None:
 
 @compiled
 def damping_spline(v: float, spacing: float, w: Array, slope: Array) -> int:
-    """Index of the first of three quadratic B-splines at |v|, their values and derivatives by v, into `w` and `slope`."""
+    """Index of the first of three quadratic B-splines at |v|; values and derivatives by v into `w` and `slope`."""
     s = min(abs(v) / spacing, MAX_CELLS)
     i = int(s)
     u = s - i

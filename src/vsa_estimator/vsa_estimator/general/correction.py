@@ -8,15 +8,39 @@ from vsa_common.types import Array
 from vsa_estimator.general.basis import damping_spline
 from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.records import (
-    D0, D1, D2, DAMPER, DELAY, MOTION, SIZE, SPRING, A, B, M, Record, V, X,
+    D0,
+    D1,
+    D2,
+    DAMPER,
+    DELAY,
+    MOTION,
+    SIZE,
+    SPRING,
+    A,
+    B,
+    M,
+    Record,
+    V,
+    X,
 )  # fmt: skip
 from vsa_estimator.tuning.filter import (
-    CROSS_NOISE_SHARE, FORCE_INFLATION, HARD_GATE, MIN_MATCHING_SPEED, MIN_REVERSAL_FORCE, REVERSAL_SHARE,
-    REVERSAL_SPEED, REVERSAL_TIME, SOFT_GATE,
+    CROSS_NOISE_SHARE,
+    FORCE_INFLATION,
+    HARD_GATE,
+    MIN_MATCHING_SPEED,
+    MIN_REVERSAL_FORCE,
+    REVERSAL_SHARE,
+    REVERSAL_SPEED,
+    REVERSAL_TIME,
+    SOFT_GATE,
 )  # fmt: skip
 from vsa_estimator.tuning.force_law import COULOMB_SPEED, MIN_D1
 from vsa_estimator.tuning.general import (
-    MAX_DAMPING_UNCERTAINTY, MAX_DELAY, MAX_STIFFNESS_UNCERTAINTY, MIN_DAMPING_SHARE, MOTION_GATE,
+    MAX_DAMPING_UNCERTAINTY,
+    MAX_DELAY,
+    MAX_STIFFNESS_UNCERTAINTY,
+    MIN_DAMPING_SHARE,
+    MOTION_GATE,
     UNEXPLAINED_TIME,
 )  # fmt: skip
 

@@ -11,7 +11,7 @@ from vsa_estimator.general.records import MOTION, Record
 from vsa_estimator.tuning.filter import BANK_NIS_CAP, INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD, PSD_SCALE
 from vsa_estimator.tuning.general import DENSITY_WINDOW, DENSITY_WINDOWS, INITIAL_JERK_STD, MIN_SNAP_DENSITY
 
-CANDIDATES: Array = np.logspace(-6.0, 3.0, 19)  # [m^2/s^7]
+CANDIDATES: Array = np.logspace(-6.0, 3.0, 19).astype(np.float64)  # [m^2/s^7]
 
 
 @compiled
@@ -66,7 +66,7 @@ class EncoderMotion:
             self._refresh()
 
     def _refresh(self) -> None:
-        """Close a window; the density is that of the maximum of the likelihood, by a parabola through its neighbours."""
+        """Close a window; the density maximises the likelihood, by a parabola through three candidates."""
         self._recent.append(self._likelihood.copy())
         self._likelihood[:] = 0.0
         total = np.sum(self._recent, axis=0)

@@ -9,7 +9,18 @@ from vsa_estimator.general.basis import cubic, cubic_slope, damping_spline, loca
 from vsa_estimator.general.lack_of_fit import inflation
 from vsa_estimator.general.law import cubic_peak_speed
 from vsa_estimator.general.records import (
-    D0, D1, D2, DAMPER, IMPEDANCE, SIZE, SPRING, L, M, Record, V, X,
+    D0,
+    D1,
+    D2,
+    DAMPER,
+    IMPEDANCE,
+    SIZE,
+    SPRING,
+    L,
+    M,
+    Record,
+    V,
+    X,
 )  # fmt: skip
 from vsa_estimator.tuning.filter import PEAK_FRACTION
 from vsa_estimator.tuning.general import MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS

@@ -1,8 +1,8 @@
 """Lack of fit: variances inflated by innovations that are correlated, as a model that is wrong leaves them.
 
 The error that an innovation leaves in an output is its influence times the innovation. For white innovations the
-variance of a sum over a block is the sum of the variances; the greatest ratio over several block lengths, with a prior of
-SHRINKAGE blocks without excess, inflates the variance (heteroskedasticity and autocorrelation consistent covariance; Newey and West, 1987).
+variance of a sum over a block is the sum of the variances. The greatest ratio over several block lengths, with a prior
+of SHRINKAGE blocks without excess, inflates the variance (autocorrelation consistent covariance; Newey and West, 1987).
 """
 
 import math

@@ -11,11 +11,33 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.general.basis import add_integrals, cubic, cubic_slope, damper_integrals, growth_factor, locate
 from vsa_estimator.general.records import (
-    D0, D1, D2, DAMPER, DAMPER_SIZE, DELAY, HYSTERESIS, HYSTERESIS_SIZE, RELAXATION, RELAXATION_SIZE, SPRING,
-    SPRING_SIZE, STRIBECK, STRIBECK_SIZE, A, B, L, M, Record, V, X,
+    D0,
+    D1,
+    D2,
+    DAMPER,
+    DAMPER_SIZE,
+    DELAY,
+    HYSTERESIS,
+    HYSTERESIS_SIZE,
+    RELAXATION,
+    RELAXATION_SIZE,
+    SPRING,
+    SPRING_SIZE,
+    STRIBECK,
+    STRIBECK_SIZE,
+    A,
+    B,
+    L,
+    M,
+    Record,
+    V,
+    X,
 )  # fmt: skip
 from vsa_estimator.tuning.general import (
-    MIN_CUBIC, MIN_SPEED_STD, STRIBECK_SPEEDS, UNBOUNDED_SPEED,
+    MIN_CUBIC,
+    MIN_SPEED_STD,
+    STRIBECK_SPEEDS,
+    UNBOUNDED_SPEED,
 )  # fmt: skip
 
 STRIBECK_SPEED = np.array(STRIBECK_SPEEDS)

@@ -1,21 +1,61 @@
-"""Models of the bank: which terms each has, its process noise, its prior probability, and the prior of its coefficients."""
+"""Models of the bank: terms, process noise, prior probability, and the prior of their coefficients."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_common.types import Array
 from vsa_estimator.general.basis import fill_table
 from vsa_estimator.general.records import (
-    D0, D1, D2, DAMPER, DAMPER_SIZE, DELAY, GEOMETRY, HYSTERESIS, HYSTERESIS_SIZE, INTERVALS, LEVEL_RATE, MEMBER,
-    RELAXATION, RELAXATION_SIZE, SPRING, SPRING_SIZE, STRIBECK, STRIBECK_SIZE, A, B, J, L, M, Record, V, X,
+    D0,
+    D1,
+    D2,
+    DAMPER,
+    DAMPER_SIZE,
+    DELAY,
+    GEOMETRY,
+    HYSTERESIS,
+    HYSTERESIS_SIZE,
+    INTERVALS,
+    LEVEL_RATE,
+    MEMBER,
+    RELAXATION,
+    RELAXATION_SIZE,
+    SPRING,
+    SPRING_SIZE,
+    STRIBECK,
+    STRIBECK_SIZE,
+    A,
+    B,
+    J,
+    L,
+    M,
+    Record,
+    V,
+    X,
 )  # fmt: skip
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD, MIN_ELASTIC_FORCE
 from vsa_estimator.tuning.general import (
-    CUBIC_STD, DAMPER_SHAPE_LENGTH, DAMPER_SHAPE_STD, DELAY_STD, HYSTERESIS_STD, INITIAL_JERK_STD, LEVEL_RATE_TIME,
-    LEVEL_STD, MIN_CUBIC, RELAXATION_STD, SHAPE_LENGTH, SHAPE_STD, SLOPE_STD, SPARE_SPEED, SPEED_SPACING,
-    SPRING_SPACING, STIFFNESS_STD, STRIBECK_STD,
+    CUBIC_STD,
+    DAMPER_SHAPE_LENGTH,
+    DAMPER_SHAPE_STD,
+    DELAY_STD,
+    HYSTERESIS_STD,
+    INITIAL_JERK_STD,
+    LEVEL_RATE_TIME,
+    LEVEL_STD,
+    MIN_CUBIC,
+    RELAXATION_STD,
+    SHAPE_LENGTH,
+    SHAPE_STD,
+    SLOPE_STD,
+    SPARE_SPEED,
+    SPEED_SPACING,
+    SPRING_SPACING,
+    STIFFNESS_STD,
+    STRIBECK_STD,
 )  # fmt: skip
 
 
@@ -57,7 +97,7 @@ MODELS = (
 )  # fmt: skip
 
 
-def matern(at: Array, length: float, std: float) -> Array:
+def matern(at: NDArray[np.floating[Any]], length: float, std: float) -> Array:
     """Covariance (n, n) of a Gaussian process at the points `at` (n,): Matern 5/2 (Rasmussen and Williams, 2006)."""
     distance = np.abs(at[:, None] - at[None]) / length * math.sqrt(5.0)
     return np.asarray(std * std * (1.0 + distance + distance**2 / 3.0) * np.exp(-distance))
@@ -106,7 +146,8 @@ def members_at(initial: Initial, deflection: float, force: float, deflection_var
 def _standard_deviations(model: Model, initial: Initial, deflection_variance: float) -> Array:
     """Prior standard deviations of all states but the spring's (SPRING,)."""
     std = np.zeros(SPRING)
-    std[[X, V, A, J]] = 2.0 * math.sqrt(deflection_variance), INITIAL_SPEED_STD, INITIAL_ACCELERATION_STD, INITIAL_JERK_STD
+    std[[X, V]] = 2.0 * math.sqrt(deflection_variance), INITIAL_SPEED_STD
+    std[[A, J]] = INITIAL_ACCELERATION_STD, INITIAL_JERK_STD
     std[[L, M, D0]] = LEVEL_STD, initial.inertia_std, initial.coulomb_friction_std
     std[LEVEL_RATE] = math.sqrt(0.5 * model.rate_density * LEVEL_RATE_TIME)
     std[DELAY] = DELAY_STD if model.delay else 0.0

@@ -4,10 +4,23 @@ import math
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_common.types import Array
+from vsa_common.types import Array, Integers
 from vsa_estimator.general.basis import cubic, locate
 from vsa_estimator.general.records import (
-    HYSTERESIS_SIZE, LEVEL_RATE, MOTION, RELAXATION_SIZE, SIZE, SPRING, SPRING_SIZE, A, B, J, L, Record, V, X,
+    HYSTERESIS_SIZE,
+    LEVEL_RATE,
+    MOTION,
+    RELAXATION_SIZE,
+    SIZE,
+    SPRING,
+    SPRING_SIZE,
+    A,
+    B,
+    J,
+    L,
+    Record,
+    V,
+    X,
 )  # fmt: skip
 from vsa_estimator.tuning.general import LEVEL_RATE_TIME, RELAXATION_TIMES, SPRING_SPACING, STOP_TRAVELS
 
@@ -29,7 +42,7 @@ def advance_memory(member: Record, dt: float) -> None:
 
 
 @compiled
-def transition(rows: Array, indices: Array, dt: float, decay: float) -> None:
+def transition(rows: Array, indices: Integers, dt: float, decay: float) -> None:
     """Multiply `rows` (SIZE, n) by the transition over dt [s], at the columns `indices`; `decay` is that of B."""
     half, sixth, rate_decay = 0.5 * dt * dt, dt**3 / 6.0, math.exp(-dt / LEVEL_RATE_TIME)
     for j in indices:

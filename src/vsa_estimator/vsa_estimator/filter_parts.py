@@ -1,0 +1,123 @@
+"""Parts of the filter of one transmission, and what resets and suspends them."""
+
+from vsa_common.types import ResetReason
+from vsa_estimator.fault_detection.consistency import AFTER_GAP, ConsistencyMonitor, Decision
+from vsa_estimator.fault_detection.counters import Counters
+from vsa_estimator.fault_detection.latch import FaultLatch
+from vsa_estimator.fault_detection.position import PositionMonitor
+from vsa_estimator.filter.adaptation import NoiseAdaptation
+from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.initialization.hand_over import HandOver
+from vsa_estimator.law_choice import LawChoice
+from vsa_estimator.modes import Event, ModeMachine
+from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.preprocessing.pipeline import Pipeline
+from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.supervisor import COUNTED_GAP, MOTION_HOLD_TIME
+
+POSITION_UNCERTAIN = "consistency check: motion of the rod or encoder step"
+
+
+class FilterParts:
+    """State of all parts of the filter, with resets of the position, of the coefficients and of all."""
+
+    def __init__(self, config: EstimatorConfig, pipeline: Pipeline, latch: FaultLatch) -> None:
+        """`pipeline` has the sample period and the noise ratios of the sensors; encoder steps are raised in `latch`."""
+        self._config, self._pipeline, self._latch = config, pipeline, latch
+        self.counters = Counters()
+        self.reset()
+
+    def reset(self) -> None:
+        """Drop all state but the counters."""
+        rate = self._config.filter_rate
+        self.noise = NoiseAdaptation(self._config)
+        self.tracker = Tracker(self._config.initial, rate)
+        self.hand_over = HandOver(self._config.initial, rate)
+        self.consistency = ConsistencyMonitor(rate)
+        self.laws = LawChoice(self._config)
+        self.modes = ModeMachine()
+        self.encoder_fault = False  # of the last sample
+        self.inertia_observable = False  # at the last step
+        self.step_ns = 0  # instant of the last step
+        self._position = PositionMonitor()
+        self._samples_per_step = 1
+        self._force = 0.0  # the newest one [N]
+        self._epoch_ns = self._moved_ns = self._refreshed_ns = 0
+
+    def start(self, instant_ns: int, force: float, deflection: float) -> None:
+        """Begin with the first sample ([ns], [N], [m])."""
+        self.modes.handle(Event.FIRST_SAMPLE)
+        self.tracker.start(deflection, force, self.noise.deflection.std**2)
+        self._position.restart(instant_ns)
+        self._epoch_ns = self.step_ns = self._refreshed_ns = instant_ns
+        self._moved_ns = instant_ns - int(MOTION_HOLD_TIME * 1e9)
+
+    def _apply(self, decision: Decision, reason: str) -> None:
+        """Carry out a decision: coefficients first, then mode and counters."""
+        if decision.restore is not None:
+            self.tracker.restore(*decision.restore)
+        if decision.reset is not ResetReason.NONE:
+            self.counters.count_reset(decision.reset)
+        if decision.event is Event.REJECTED:
+            self._restart_initialization(self._force)
+        elif decision.event is not None:
+            self.modes.handle(decision.event, reason)
+
+    def _suspend(self, reason: str, interrupted: bool = False) -> bool:
+        """Suspend updates; False where no checkpoint is established."""
+        decision = self.consistency.suspend(self.tracker, self.modes, interrupted)
+        if decision is None:
+            return False
+        self._apply(decision, reason)
+        return True
+
+    def _restart_initialization(self, force: float) -> None:
+        """Drop the coefficients, and begin with the start values at the present `force` [N]."""
+        self.modes.handle(Event.REJECTED)
+        self.consistency.reset()
+        self.hand_over.restart()
+        self.tracker.reset_coefficients(force)
+        self.laws.reject()
+
+    def _restart_after_gap(self, block: Decimated, silence: float, deflection_variance: float) -> None:
+        """Reset the motion, keep the coefficients."""
+        self.tracker.reset_position(block.deflection, deflection_variance)
+        self._interrupt(block, deflection_variance)
+        if not self.modes.general:
+            self._suspend(AFTER_GAP, interrupted=True)
+        if silence > COUNTED_GAP:
+            self.counters.count_reset(ResetReason.GAP)
+
+    def _reset_position(self, block: Decimated, deflection_variance: float) -> None:
+        """Take over the encoder's position: an encoder step, or a motion that the gate has rejected."""
+        tracker, step = self.tracker, self._position.step_size
+        text, stepped, suspended = f"encoder step of {1e3 * step:+.2f} mm", True, False
+        if self.modes.general:
+            self._restart_initialization(self._force)
+        if self.modes.initialized:
+            stepped = not self.encoder_fault and self._position.encoder_step(tracker)
+            if stepped:
+                variance = self._position.step_variance + deflection_variance
+                tracker.restore(*self.consistency.shift_reference(tracker, step, variance))
+                suspended = self._suspend(text)
+                self.laws.shift(step)
+            else:
+                self._suspend(POSITION_UNCERTAIN, interrupted=True)
+        else:
+            tracker.set_reference(block.deflection)
+            tracker.reset_coefficients(self._force)
+            self.hand_over.restart()
+            self.laws.restart()
+        tracker.reset_position(block.deflection, deflection_variance)
+        self.hand_over.clear()
+        self._interrupt(block, deflection_variance)
+        self.counters.count_reset(ResetReason.DEFLECTION)
+        if stepped and not suspended:
+            self._latch.raise_fault(text, block.stamp_ns)
+
+    def _interrupt(self, block: Decimated, deflection_variance: float) -> None:
+        """End what must not reach across a gap."""
+        self._position.restart(block.stamp_ns)
+        self.consistency.interrupt()
+        self.laws.interrupt()
+        self.noise.restart(block.deflection, deflection_variance)

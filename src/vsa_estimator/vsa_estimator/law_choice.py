@@ -1,0 +1,126 @@
+"""Choice between the filter of the exponential law and the bank of laws: what is published, and the mode."""
+
+import math
+
+import numpy as np
+from vsa_common.accel import ACCELERATED
+from vsa_estimator.filter.output_prediction import predict_output
+from vsa_estimator.filter.records import PREDICTION
+from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.general.records import IMPEDANCE, Record
+from vsa_estimator.general.selection import LawSelection
+from vsa_estimator.modes import Mode, ModeMachine
+from vsa_estimator.output.estimate import State
+from vsa_estimator.preprocessing.decimator import Decimated
+from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.output import MAX_K2_STD, MAX_STIFFNESS_STD
+
+NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
+
+SCALARS = ("ln_stiffness", "ln_stiffness_variance", "slope", "slope_variance", "rest_damping", "level", "coulomb")
+
+Coefficients = tuple[float, float, float, float, float, float]  # k2, variance, d2, variance, force offset, friction
+
+
+class LawChoice:
+    """The bank of laws beside the filter; none where the law is fixed, and in plain Python, which is too slow."""
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        """Before the first step."""
+        automatic = config.elastic_law == "automatic" and ACCELERATED
+        self._laws = LawSelection(config.initial, config.filter_rate) if automatic else None
+        self.publishes_bank = False
+
+    @property
+    def is_repeating(self) -> bool:
+        """Whether the bank repeats its steps."""
+        return self._laws is not None and self._laws.bank.is_repeating
+
+    @property
+    def impedance(self) -> Record:
+        """(1,) IMPEDANCE of the bank; zero without one."""
+        return self._laws.impedance if self._laws is not None else NO_IMPEDANCE
+
+    @property
+    def description(self) -> str:
+        """The bank's most probable model, where the bank is published; else empty."""
+        return self._laws.bank.description if self._laws is not None and self.publishes_bank else ""
+
+    def repeat_slice(self) -> None:
+        """Do a part of a repetition."""
+        if self._laws is not None:
+            self._laws.bank.repeat_slice()
+
+    def restart(self) -> None:
+        """Drop the data: the position is no longer valid."""
+        if self._laws is not None:
+            self._laws.restart()
+
+    def reject(self) -> None:
+        """The filter's coefficients are given up; the bank drops its data unless it explains the force."""
+        if self._laws is not None and not self._laws.is_adequate:
+            self._laws.restart()
+
+    def interrupt(self) -> None:
+        """The motion has a gap before the next step."""
+        if self._laws is not None:
+            self._laws.interrupt()
+
+    def shift(self, offset: float) -> None:
+        """The encoder reads `offset` [m] more from now on."""
+        if self._laws is not None:
+            self._laws.shift(offset)
+
+    def step(self, block: Decimated, noise: tuple[float, float], tracker: Tracker, modes: ModeMachine) -> bool:
+        """Step the bank by a block with the variances `noise` of deflection [m^2] and force [N^2].
+
+        Whether the operating mode has to change: the exponential law is refuted, or in mode GENERAL no law explains the
+        force.
+        """
+        if self._laws is None:
+            return False
+        force = block.force if block.forces else math.nan
+        k2 = float(tracker.uncertainty.k2) if modes.mode is Mode.TRACKING else None
+        self._laws.step(block.stamp_ns, (block.deflection, noise[0]), (force, noise[1]), k2)
+        if modes.general:
+            return self._laws.has_failed
+        return modes.mode is not Mode.SUSPENDED and self._laws.is_refuted
+
+    def choose(self, tracker: Tracker, modes: ModeMachine, jerk_density: float) -> None:
+        """Choose what is published: the bank in mode GENERAL, and where it is preferred to the filter."""
+        self.publishes_bank = modes.general
+        if self._laws is None or modes.general or modes.suspended:
+            return
+        prediction = np.empty(1, PREDICTION)
+        predict_output(tracker.state, tracker.reference, 0.0, jerk_density, prediction)
+        self.publishes_bank = self._laws.is_preferred(prediction)
+
+    def coefficients(self, tracker: Tracker) -> Coefficients:
+        """Published coefficients; k2 of the bank is the local slope of ln sigma, d2 is not defined there."""
+        if self.publishes_bank:
+            now = self.impedance[0]
+            return (
+                float(now["slope"]), float(now["slope_variance"]), 0.0, 0.0, float(now["level"]), float(now["coulomb"])
+            )  # fmt: skip
+        known = tracker.uncertainty
+        return known.k2, known.k2_variance, known.d2, known.d2_variance, known.force_offset, known.coulomb_friction
+
+
+def with_bank(state: State, laws: LawChoice) -> State:
+    """The state of the filter with the bank's impedance in place of the coefficients of the exponential law.
+
+    ln stiffness and k2 are those at the present deflection, which is the reference; d1 is the damping at rest.
+    """
+    now = {name: float(laws.impedance[0][name]) for name in SCALARS}
+    relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
+    return state._replace(
+        deflection_reference=state.deflection,
+        ln_stiffness_reference=now["ln_stiffness"],
+        ln_stiffness_reference_variance=now["ln_stiffness_variance"],
+        ln_stiffness_reference_valid=now["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2,
+        k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=relative < MAX_K2_STD,
+        d1=now["rest_damping"], d1_valid=False, d2=0.0, d2_variance=0.0, d2_valid=False,
+        inertia_valid=False, force_offset=now["level"], force_offset_valid=False,
+        coulomb_friction=now["coulomb"], coulomb_friction_valid=False,
+        observability=(f"law: {laws.description}; k2 is the local slope of ln stiffness", *state.observability),
+    )  # fmt: skip
