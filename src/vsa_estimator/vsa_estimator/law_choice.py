@@ -34,7 +34,7 @@ class LawChoice:
     @property
     def is_repeating(self) -> bool:
         """Whether the bank repeats its steps."""
-        return self._laws is not None and self._laws.bank.is_repeating
+        return self._laws is not None and not self._laws.is_confirmed and self._laws.bank.is_repeating
 
     @property
     def impedance(self) -> Record:
@@ -48,7 +48,7 @@ class LawChoice:
 
     def repeat_slice(self) -> None:
         """Do a part of a repetition."""
-        if self._laws is not None:
+        if self._laws is not None and not self._laws.is_confirmed:
             self._laws.bank.repeat_slice()
 
     def restart(self) -> None:
@@ -58,7 +58,7 @@ class LawChoice:
 
     def reject(self) -> None:
         """The filter's coefficients are given up; the bank drops its data unless it explains the force."""
-        if self._laws is not None and not self._laws.is_adequate:
+        if self._laws is not None and (self._laws.is_confirmed or not self._laws.is_adequate):
             self._laws.restart()
 
     def interrupt(self) -> None:
@@ -118,7 +118,7 @@ def with_bank(state: State, laws: LawChoice) -> State:
         ln_stiffness_reference=now["ln_stiffness"],
         ln_stiffness_reference_variance=now["ln_stiffness_variance"],
         ln_stiffness_reference_valid=now["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2,
-        k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=relative < MAX_K2_STD,
+        k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=state.k2_valid and relative < MAX_K2_STD,
         d1=now["rest_damping"], d1_valid=False, d2=0.0, d2_variance=0.0, d2_valid=False,
         inertia_valid=False, force_offset=now["level"], force_offset_valid=False,
         coulomb_friction=now["coulomb"], coulomb_friction_valid=False,

@@ -6,8 +6,8 @@ from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.tracker import Tracker
-from vsa_estimator.general.bank import Bank
 from vsa_estimator.force_law.state import Z
+from vsa_estimator.general.bank import Bank
 from vsa_estimator.initialization.row_noise import whiten
 from vsa_estimator.initialization.windows import BAND
 from vsa_estimator.output.predictor import ALIVE, predict, process_sample
@@ -39,8 +39,8 @@ def _run_bank() -> None:
     """Steps of a bank up to a repetition, with a gap."""
     initial = EstimatorConfig().initial
     bank = Bank(initial, 10.0)
-    while not bank.is_repeating:
-        bank.step(0.1, (0.01, 1e-10), (30.0, 1e-4), initial.k2)
+    for number in range(60):  # 6 s at 1 mm/s: beyond the first repetition
+        bank.step(0.1, (0.01 + 1e-4 * number, 1e-10), (30.0, 1e-4), initial.k2)
     bank.repeat_slice()
     bank.interrupt(0.01, 1e-10)
 

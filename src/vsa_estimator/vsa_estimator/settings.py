@@ -34,9 +34,9 @@ class EstimatorConfig:
         "force measures the force itself; force_rate is the paper's filter, eqs. (14) to (17) corrected",
     )
     elastic_law: str = choice(
-        "automatic",
-        ("automatic", "exponential"),
-        "automatic: the exponential law, eq. (2), until the data refute it, then any law; exponential: always that law",
+        "exponential",
+        ("exponential", "automatic"),
+        "exponential: eq. (2); automatic: that law until the data refute it, then a law of any form",
     )
     filter_rate: float = quantity(
         100.0, "Hz", 10.0, 1000.0, "rate of the filter; faster samples are averaged, the output keeps their rate"

@@ -112,7 +112,7 @@ class Bank:
         self._encoder.write(step["encoder"])
         advance(self._members, self._geometry, step)
         mixture(self._members, self._geometry, self._probabilities, self.impedance)
-        self._age += dt
+        self._age += dt if self.force_nis is not None else 0.0
         self._store(step, growth)
 
     @property
@@ -122,7 +122,7 @@ class Bank:
 
     @property
     def age(self) -> float:
-        """Time of the steps since the start [s]."""
+        """Time of motion with forces since the start [s]."""
         return self._age
 
     def repeat_slice(self) -> None:

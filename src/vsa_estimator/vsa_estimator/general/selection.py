@@ -7,14 +7,24 @@ from vsa_estimator.general.records import Record
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import NIS_CAP, NIS_THRESHOLD
 from vsa_estimator.tuning.force_law import MIN_K2
-from vsa_estimator.tuning.general import ADEQUACY_TIME, DISAGREEMENT, MIN_AGE, REFUTATION, REFUTATION_TIME
+from vsa_estimator.tuning.general import (
+    ADEQUACY_TIME,
+    CONFIRMATION,
+    CONFIRMATION_TIME,
+    DISAGREEMENT,
+    MIN_AGE,
+    REFUTATION,
+    REFUTATION_TIME,
+)
 
 
 class LawSelection:
     """The bank of laws of one transmission.
 
     The exponential law is a member, so that its likelihood has the motion model of the others. It is refuted where it
-    stays near MAX_EVIDENCE below the best member for REFUTATION_TIME, while the bank explains the force.
+    stays near MAX_EVIDENCE below the best member for REFUTATION_TIME, while the bank explains the force. It is
+    confirmed where its probability stays above CONFIRMATION for CONFIRMATION_TIME: what departs from it later is a
+    fault or a changed transmission. Either ends the comparison.
     """
 
     def __init__(self, initial: Initial, rate: float) -> None:
@@ -27,7 +37,8 @@ class LawSelection:
         self.bank.restart()
         self._step_ns = 0
         self._interrupted = False  # the motion has a gap before the next step
-        self._refuted_for = self._inadequate_for = 0.0  # [s]
+        self._refuted_for = self._confirmed_for = self._inadequate_for = 0.0  # [s]
+        self.is_confirmed = False  # whether the exponential law holds
         self._mean_nis = 1.0  # of the force in the most probable member
 
     def interrupt(self) -> None:
@@ -46,6 +57,8 @@ class LawSelection:
 
         A force of NaN is none. `k2` [1/m] is the estimate of the filter, None where it has none.
         """
+        if self.is_confirmed:
+            return
         dt = (stamp_ns - self._step_ns) * 1e-9
         self._step_ns = stamp_ns
         if self._interrupted:
@@ -59,6 +72,9 @@ class LawSelection:
             self._mean_nis += min(dt / ADEQUACY_TIME, 1.0) * (min(nis, NIS_CAP) - self._mean_nis)
         refuted = self.bank.exponential_evidence < -REFUTATION and self.bank.age > MIN_AGE and self.is_adequate
         self._refuted_for = self._refuted_for + dt if refuted else 0.0
+        certain = self.bank.exponential_probability > CONFIRMATION and self.bank.age > MIN_AGE and self.is_adequate
+        self._confirmed_for = self._confirmed_for + dt if certain else 0.0
+        self.is_confirmed = k2 is not None and self._confirmed_for > CONFIRMATION_TIME
         self._inadequate_for = 0.0 if self.is_adequate else self._inadequate_for + dt
 
     @property
@@ -77,7 +93,7 @@ class LawSelection:
         It is where the exponential law has less than half of the probability, and where stiffness or damping of both
         differ significantly.
         """
-        if self.bank.age < MIN_AGE or not self.is_adequate:
+        if self.is_confirmed or self.bank.age < MIN_AGE or not self.is_adequate:
             return False
         if self.bank.exponential_probability < 0.5:
             return True

@@ -94,6 +94,10 @@ REFUTATION_TIME = _constant("REFUTATION_TIME", 2.0, "s", 0.2, 20.0,
     "time for which the exponential law stays at that bound until it is refuted", _MEASURED)  # fmt: skip
 MIN_AGE = _constant("MIN_AGE", 6.0, "s", 2.0, 30.0,
     "age of the bank from which it may refute the law: the second repetition", _MEASURED)  # fmt: skip
+CONFIRMATION = _constant("CONFIRMATION", 0.95, "1", 0.5, 0.9999,
+    "probability of the exponential law above which it counts as confirmed", _MEASURED)  # fmt: skip
+CONFIRMATION_TIME = _constant("CONFIRMATION_TIME", 3.0, "s", 0.5, 30.0,
+    "time for which the law stays above it until it is confirmed", _MEASURED)  # fmt: skip
 DISAGREEMENT = _constant("DISAGREEMENT", 9.0, "1", 4.0, 25.0,
     "squared difference between bank and filter, in its variance, above which the bank is published",
     "chi-square, 1 degree of freedom: p = 0.003")  # fmt: skip
