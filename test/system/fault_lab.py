@@ -13,7 +13,7 @@ from vsa_common.stamps import nanoseconds
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
 
-VALID, STALE = TransmissionImpedance.VALID, TransmissionImpedance.STALE
+VALID, STALE = TransmissionImpedance.STATUS_VALID, TransmissionImpedance.STATUS_STALE
 DETECTED = 0.5  # [s] after the end of a fault, for a second detection: the encoder steps back
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from driver_rig import BUS, OPTIONS, PORT, Rig, start_driver
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.ros.throttle import PERIOD_NS
 from vsa_common.stamps import nanoseconds
@@ -119,6 +121,24 @@ def test_an_armed_command_is_approached_at_the_speed_limit_and_an_invalid_one_is
     assert commands[0][0] < goal[0]
     assert np.max(np.diff([one for one, _ in commands])) <= 5.0 * 0.2 + 1e-4
     assert all(0.5 - 1e-4 <= one <= 0.7 + 1e-4 for one, _ in commands)
+
+
+def test_a_limit_of_the_motors_changes_while_active_and_a_signal_does_not(fresh):
+    def change(name, **value):
+        request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(**value))])
+        return fresh.call(setter, request).results[0]
+
+    setter = fresh.node.create_client(SetParameters, "driver/set_parameters")
+    fresh.until(setter.service_is_ready)
+    fresh.call(fresh.arm, SetBool.Request(data=True))
+    assert change("motors.position_max", type=2, integer_value=0).successful
+    refused = fresh.count("commands_refused")
+    fresh.command(0.5, 0.5)
+    fresh.until(lambda: fresh.count("commands_refused") > refused)
+    assert change("motors.position_max", type=3, double_value=8.0).successful
+    result = change("motors.holding_signal", type=4, string_value="")
+    assert not result.successful
+    assert "ros2 lifecycle set /vsa/driver deactivate" in result.reason
 
 
 def test_commands_end_when_the_controller_times_out(fresh):

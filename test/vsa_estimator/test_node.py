@@ -11,8 +11,8 @@ import pytest
 import rclpy
 from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from services import answer_of
@@ -157,7 +157,7 @@ def test_zero_and_future_stamps_are_refused_and_counted(lab):
 def test_silence_is_stale_then_invalid_and_ends_by_itself(lab):
     lab.move(5)
     lab.impedances.clear()
-    lab.until(lambda: lab.impedances and lab.impedances[-1].status == TransmissionImpedance.STALE)
+    lab.until(lambda: lab.impedances and lab.impedances[-1].status == TransmissionImpedance.STATUS_STALE)
     lab.until(lambda: not lab.impedances[-1].stiffness_valid)
     stamps = [nanoseconds(message.header.stamp) for message in lab.impedances]
     assert stamps == sorted(set(stamps))
@@ -205,7 +205,7 @@ def test_a_force_without_its_encoder_is_no_sample(lab):
         set_stamp(wrench.header.stamp, time.time_ns())
         lab.force.publish(wrench)
         lab.executor.spin_once(timeout_sec=0.01)
-    assert lab.impedances[-1].status == TransmissionImpedance.STALE
+    assert lab.impedances[-1].status == TransmissionImpedance.STATUS_STALE
     assert not lab.impedances[-1].stiffness_valid
     assert lab.impedances[-1].stiffness_variance > before.stiffness_variance
     lab.move(30)
@@ -221,6 +221,37 @@ def test_parameter_abuse_is_refused_with_the_reason_and_changes_nothing(lab, val
     assert not result.successful
     assert "force_noise_std" in result.reason
     assert lab.impedances[-1].reset_count == resets
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "stored"),
+    [
+        ("force_noise_std", ParameterValue(type=ParameterType.PARAMETER_STRING, string_value="2e-2"), 0.02),
+        ("force_limit", ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=190), 190.0),
+        ("flight_recorder.after", ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=1.5), 1.5),
+    ],
+)
+def test_a_tunable_parameter_changes_in_its_type_and_the_estimate_stays(lab, name, value, stored):
+    lab.move(20)
+    lab.until(lambda: lab.impedances[-1].stiffness_valid or not lab.move(100))
+    before = lab.impedances[-1]
+    request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
+    result = lab.call(SetParameters, "estimator/set_parameters", request).results[0]
+    assert result.successful, result.reason
+    now = lab.call(GetParameters, "estimator/get_parameters", GetParameters.Request(names=[name])).values[0]
+    assert (now.type, now.double_value) == (ParameterType.PARAMETER_DOUBLE, stored)
+    lab.move(20)
+    last = lab.impedances[-1]
+    assert last.stiffness_valid
+    assert last.reset_count == before.reset_count
+
+
+def test_a_fixed_parameter_names_the_commands_that_change_it(lab):
+    change = Parameter(name="filter_rate", value=ParameterValue(type=3, double_value=200.0))
+    request = SetParameters.Request(parameters=[change])
+    result = lab.call(SetParameters, "estimator/set_parameters", request).results[0]
+    assert not result.successful
+    assert "ros2 lifecycle set /vsa/estimator deactivate" in result.reason
 
 
 def test_an_illegal_lifecycle_call_is_refused_and_the_node_lives(lab):

@@ -81,7 +81,7 @@ class Harness:
             set_stamp(message.header.stamp, stamp)
             message.force, message.force_valid = FORCE + 1e-6 * (stamp % 1000), True
             message.stiffness, message.stiffness_variance = spring.stiffness(FORCE), 100.0
-            message.damping, message.inertia, message.status = 4000.0, 0.3, TransmissionImpedance.VALID
+            message.damping, message.inertia, message.status = 4000.0, 0.3, TransmissionImpedance.STATUS_VALID
             message.stiffness_valid = message.damping_valid = message.inertia_valid = True
             self.impedance[index].publish(message)
             state = EstimatorState(deflection_reference=0.0, ln_stiffness_reference=spring.ln_stiffness, k2=spring.k2)

@@ -22,7 +22,7 @@ from vsa_driver.can.bus import BusError, Frame
 from vsa_driver.can.frames import FrameError
 from vsa_driver.can.link import BusLink
 from vsa_driver.motors.motor import CommandRefused, MotorGate, MotorLimits
-from vsa_driver.settings import DriverSettings
+from vsa_driver.settings import DriverSettings, MotorSettings
 from vsa_driver.topics import RigTopics, TransmissionTopics
 from vsa_driver.tuning import LOG_PERIOD_S, THREAD_SWITCH_S
 
@@ -47,8 +47,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         config, motors = self.config, self.config.motors
         self._router = Router(load_frames(config.dbc), config)
         self._motors = motors.names
-        limits = MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
-        self._gate = MotorGate(limits, len(self._motors))
+        self._gate = MotorGate(_limits(motors), len(self._motors))
         self._capture_clock = CaptureClock()
         self._last_seen_ns = dict.fromkeys(self._router.transmissions, 0)
         self._holding = False
@@ -68,22 +67,24 @@ class DriverNode(SuiteNode[DriverSettings]):
             self.create_service(SetBool, "~/arm", self._on_arm),
             self.create_service(Trigger, "~/tare", self._on_tare),
         ]
-        self._own_timers: list[Timer] = [
-            self.create_timer(1.0 / config.counters_rate, self._flush, clock=self.steady),
-            self.create_timer(1.0 / motors.command_rate, self._send_command, clock=self.steady),
-        ]
+        self._own_timers = self._create_timers(config)
         gc.freeze()  # objects that exist now are permanent; collecting them would delay samples
 
     def stop(self) -> None:
         self._gate.disarm("stopped")
         self.link.close()
         self._flush()
-        for timer in self._own_timers:
-            self.destroy_timer(timer)
+        self._destroy_timers()
         for service in self._own_services:
             self.destroy_service(service)
         self.destroy_subscription(self._commands)
         self._destroy_publishers()
+
+    def reconfigure(self, config: DriverSettings) -> None:
+        self._gate.set_limits(_limits(config.motors))
+        self._router.set_limits(config)
+        self._destroy_timers()
+        self._own_timers = self._create_timers(config)
 
     def health(self) -> Health:
         if not self.active:
@@ -200,9 +201,23 @@ class DriverNode(SuiteNode[DriverSettings]):
         oldest_ns = time.monotonic_ns() - int(self.config.silence * 1e9)
         return [name for name, seen_ns in self._last_seen_ns.items() if seen_ns < oldest_ns]
 
+    def _create_timers(self, config: DriverSettings) -> list[Timer]:
+        return [
+            self.create_timer(1.0 / config.counters_rate, self._flush, clock=self.steady),
+            self.create_timer(1.0 / config.motors.command_rate, self._send_command, clock=self.steady),
+        ]
+
+    def _destroy_timers(self) -> None:
+        for timer in self._own_timers:
+            self.destroy_timer(timer)
+
     def _destroy_publishers(self) -> None:
         for publisher in [*self._rig.publishers, *(p for topics in self._topics.values() for p in topics.publishers)]:
             self.destroy_publisher(publisher)
+
+
+def _limits(motors: MotorSettings) -> MotorLimits:
+    return MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
 
 
 def main() -> int:

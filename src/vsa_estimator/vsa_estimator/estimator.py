@@ -137,6 +137,15 @@ class Estimator:
         self._begin()
         self._supervisor.counters.count_reset(reason)
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Apply the tunable parameters of another configuration; the estimate stays."""
+        self._finish_all_pending()
+        self.config = config
+        self._pipeline.reconfigure(config)
+        self._supervisor.reconfigure(config)
+        if self._estimate is not None:
+            self._publish_snapshot()
+
     def state(self) -> State:
         """State after the last sample, with all deferred work done."""
         self._finish_all_pending()

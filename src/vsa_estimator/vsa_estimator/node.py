@@ -10,8 +10,7 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from vsa_common.ros.cdr import read_position, read_wrench
-from vsa_common.ros.diagnostics import CounterDelta, format_increases
-from vsa_common.ros.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
+from vsa_common.ros.node import BEST_EFFORT, RELIABLE, WARN, Health, SuiteNode
 from vsa_common.ros.process import run
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.types import ResetReason, Status
@@ -20,6 +19,8 @@ from vsa_estimator.offline.flight_recorder import FlightRecorder
 from vsa_estimator.output.estimate import Estimate
 from vsa_estimator.output.messages import ImpedanceWriter, StateWriter
 from vsa_estimator.preprocessing.pairing import Pairing
+from vsa_estimator.ros.health import NO_SAMPLES, EstimatorHealth
+from vsa_estimator.ros.stamps import StampCheck
 from vsa_estimator.settings import NodeConfig
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
@@ -29,11 +30,6 @@ MAX_DEFERRAL_NS = 200_000_000  # silence after which predictions are not deferre
 PREDICTION_STEP_NS = 10_000_000  # interval of predicted estimates in silence [ns]
 FIRST_STEP = 5  # first predicted estimate after a silence of so many steps: 50 ms, the limit of STALE
 MAX_STEPS = 10  # predicted estimates in one call
-CLOCK_CACHE_NS = 5_000_000  # age of a reading of the ROS clock that is used again: a reading costs 10 us [ns]
-NO_SAMPLES = "no samples"  # reason of STALE
-
-_COUNTERS = ("samples_fused", "samples_dropped", "force_rejected", "deflection_rejected", "force_repeated")
-_LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 
 
 class EstimatorNode(SuiteNode[NodeConfig]):
@@ -47,23 +43,19 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         config = self.config
         name = config.transmission
         self._estimator = create_estimator(config)
-        recorder = config.flight_recorder
-        self._recorder = FlightRecorder(recorder, name) if recorder.folder else None
-        self._pairing = Pairing(int(config.pairing_tolerance * 1e9), int(config.reorder_window * 1e9))
+        self._recorder = _recorder(config)
+        self._pairing = Pairing(_ns(config.pairing_tolerance), _ns(config.reorder_window))
         self._writer = ImpedanceWriter(name)
         self._state_writer = StateWriter(name)
         self._status = Status.INITIALIZING
         self._reset_count = 0
-        self._future_ns = int(config.future_tolerance * 1e9)
         self._state_period_ns = int(1e9 / config.state_rate)
-        self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
         self.stamp_ns = self.arrival_ns = 0
         self._published_ns = self._state_ns = self._checked_ns = self._deferred_until_ns = 0
         self._overtaken = 0  # estimates with stamps before that of a published prediction
-        self._checked_stamp_ns = -1
-        self._clock_read_ns = self._future_from_ns = 0
-        self._increases = CounterDelta()
+        self._health = EstimatorHealth()
         self._ros_clock = cast("ROSClock", self.get_clock())
+        self._stamp_check = StampCheck(self._ros_clock, name, _ns(config.future_tolerance))
         self._impedances = ThrottledPublisher(self, TransmissionImpedance, f"{name}/impedance")
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
         self._inputs = self.create_inputs()
@@ -83,6 +75,16 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         """Timers that check for silence; overridden where `predict_silence` is called directly."""
         return [self.create_timer(WATCHDOG_PERIOD, self._on_watchdog, clock=self.steady)]
 
+    def reconfigure(self, config: NodeConfig) -> None:
+        if config.flight_recorder != self.config.flight_recorder:
+            recorder, self._recorder = self._recorder, _recorder(config, self._reset_count)
+            if recorder is not None:
+                recorder.close()
+        self._estimator.reconfigure(config)
+        self._pairing.set_windows(_ns(config.pairing_tolerance), _ns(config.reorder_window))
+        self._stamp_check.set_tolerance(_ns(config.future_tolerance))
+        self._state_period_ns = int(1e9 / config.state_rate)
+
     def stop(self) -> None:
         for timer in self._watchdogs:
             self.destroy_timer(timer)
@@ -97,28 +99,15 @@ class EstimatorNode(SuiteNode[NodeConfig]):
     def health(self) -> Health:
         if not self.active:
             return super().health()
-        state = self._estimator.state()
-        status = self._status
-        values: dict[str, object] = {"status": status.name} | {name: getattr(state, name) for name in _COUNTERS}
-        values |= {"unpaired": self._pairing.dropped, "estimates_overtaken": self._overtaken}
-        values |= {"resets": state.reset_count, "last_reset": ResetReason(state.reset_reason).name}
-        refused = {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
-        values |= refused
-        texts = [state.reason] if state.reason else []
+        counts = {"unpaired": self._pairing.dropped, "estimates_overtaken": self._overtaken}
         if self._recorder is not None:
-            values["flight_recordings"] = self._recorder.files
-            texts += [self._recorder.failed] if self._recorder.failed else []
-        lost = {name: getattr(state, name) for name in _COUNTERS[1:4]}
-        lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count}
-        increases = self._increases.increases(lost | refused, time.monotonic())
-        wrong = [topic for topic in self._refused if f"refused_stamps {topic}" in increases]
-        if wrong:
-            return WARN, f"stamps of {' and '.join(wrong)} are zero or in the future", values
-        if status is Status.STALE:
-            return STALE, NO_SAMPLES, values
-        texts += [format_increases(increases)] if increases else []
-        level = WARN if increases and status is Status.VALID else _LEVEL.get(status, WARN)
-        return level, "; ".join(texts) or "active", values
+            counts["flight_recordings"] = self._recorder.files
+        level, text, values = self._health.assess(
+            self._estimator.state(), self._status, self._stamp_check.counts, counts
+        )
+        if self._recorder is not None and self._recorder.failed:
+            return max(level, WARN), f"{text}; {self._recorder.failed}", values
+        return level, text, values
 
     def _on_force(self, data: bytes) -> None:
         stamp_ns, force = read_wrench(data)
@@ -136,19 +125,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def refuse(self, stamp_ns: int, sensor: str) -> bool:
         """Count a stamp that is zero or in the future; whether it is one."""
-        if stamp_ns == self._checked_stamp_ns or 0 < stamp_ns <= self._latest_ns(stamp_ns):
-            self._checked_stamp_ns = stamp_ns
-            return False
-        self._refused[f"{self.config.transmission}/{sensor}"] += 1
-        return True
-
-    def _latest_ns(self, stamp_ns: int) -> int:
-        """Latest acceptable stamp [ns], by a reading of the ROS clock that is at most CLOCK_CACHE_NS old."""
-        steady_ns = time.monotonic_ns()
-        if steady_ns - self._clock_read_ns > CLOCK_CACHE_NS or stamp_ns > self._future_from_ns:
-            self._clock_read_ns = steady_ns
-            self._future_from_ns = self._ros_clock.now().nanoseconds + self._future_ns
-        return self._future_from_ns
+        return self._stamp_check.refuse(stamp_ns, sensor)
 
     def process(self, stamp_ns: int, force: float, deflection: float) -> None:
         """Estimate from one sample of force [N] and deflection [m], and publish; nothing while inactive."""
@@ -204,7 +181,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         with self.lock:
             state = self._estimator.state()
         reason = NO_SAMPLES if estimate.status is Status.STALE else state.reason
-        dropped = state.samples_dropped + self._pairing.dropped + sum(self._refused.values())
+        dropped = state.samples_dropped + self._pairing.dropped + sum(self._stamp_check.counts.values())
         state = state._replace(status=estimate.status, samples_dropped=dropped, reason=reason)
         self._states.publish(self._state_writer.write(estimate.stamp_ns, state))
 
@@ -243,6 +220,15 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             self._estimator.reset(ResetReason.REQUESTED)
         response.success = True
         return response
+
+
+def _ns(seconds: float) -> int:
+    return int(seconds * 1e9)
+
+
+def _recorder(config: NodeConfig, reset_count: int = 0) -> FlightRecorder | None:
+    recorder = config.flight_recorder
+    return FlightRecorder(recorder, config.transmission, reset_count) if recorder.folder else None
 
 
 def main() -> int:

@@ -37,17 +37,27 @@ class EstimatorConfig:
         100.0, "Hz", 10.0, 1000.0, "rate of the filter; faster samples are averaged, the output keeps their rate"
     )
     force_noise_std: float = quantity(
-        0.017, "N", 1e-6, 100.0, "white noise of one force sample (section VI); adapted within 1/4 to 4 of it"
+        0.017,
+        "N",
+        1e-6,
+        100.0,
+        "white noise of one force sample (section VI); adapted within 1/4 to 4 of it",
+        tunable=True,
     )
     deflection_noise_std: float = quantity(
-        1e-5, "m", 1e-9, 1e-2, "white noise of one deflection sample (section VI); adapted within 1/4 to 4 of it"
+        1e-5,
+        "m",
+        1e-9,
+        1e-2,
+        "white noise of one deflection sample (section VI); adapted within 1/4 to 4 of it",
+        tunable=True,
     )
     deflection_resolution: float = quantity(1e-5, "m", 0.0, 1e-2, "quantisation step of the encoder; 0: none")
     force_limit: float = quantity(
-        200.0, "N", 1e-3, 1e6, "saturation of the force sensor; no coefficient is updated from there on"
+        200.0, "N", 1e-3, 1e6, "saturation of the force sensor; no coefficient is updated from there on", tunable=True
     )
     deflection_limit: float = quantity(
-        0.020, "m", 1e-6, 10.0, "end of the travel; no coefficient is updated from there on"
+        0.020, "m", 1e-6, 10.0, "end of the travel; no coefficient is updated from there on", tunable=True
     )
     initial: Initial = group(Initial)
 
@@ -66,10 +76,14 @@ class EstimatorConfig:
 class FlightRecorderConfig:
     """Samples around an event, for `replay`."""
 
-    folder: str = string("", "folder of the CSV files with the samples around a reset or a reported fault; empty: none")
-    samples: int = quantity(30_000, "", 100, 1_000_000, "samples kept in memory: 30 s at 1 kHz, 24 bytes each")
-    after: float = quantity(5.0, "s", 1.0, 60.0, "duration recorded after the event")
-    files: int = quantity(20, "", 1, 10_000, "files kept for one transmission; the oldest are deleted")
+    folder: str = string(
+        "", "folder of the CSV files with the samples around a reset or a reported fault; empty: none", tunable=True
+    )
+    samples: int = quantity(
+        30_000, "", 100, 1_000_000, "samples kept in memory: 30 s at 1 kHz, 24 bytes each", tunable=True
+    )
+    after: float = quantity(5.0, "s", 1.0, 60.0, "duration recorded after the event", tunable=True)
+    files: int = quantity(20, "", 1, 10_000, "files kept for one transmission; the oldest are deleted", tunable=True)
 
 
 @dataclass(frozen=True)
@@ -79,14 +93,21 @@ class NodeConfig(EstimatorConfig):
     transmission: str = string(
         "transmission_1", "transmission to estimate: first part of its topic names, and frame_id"
     )
-    state_rate: float = quantity(50.0, "Hz", 0.1, 1000.0, "rate of estimator_state")
+    state_rate: float = quantity(50.0, "Hz", 0.1, 1000.0, "rate of estimator_state", tunable=True)
     pairing_tolerance: float = quantity(
-        0.0, "s", 0.0, 0.1, "greatest difference between the stamps of force and encoder of one sample"
+        0.0, "s", 0.0, 0.1, "greatest difference between the stamps of force and encoder of one sample", tunable=True
     )
     reorder_window: float = quantity(
-        0.1, "s", 0.0, 1.0, "delay of one sensor behind the other after which an unpaired stamp is dropped"
+        0.1,
+        "s",
+        0.0,
+        1.0,
+        "delay of one sensor behind the other after which an unpaired stamp is dropped",
+        tunable=True,
     )
-    future_tolerance: float = quantity(0.1, "s", 0.0, 10.0, "stamps further ahead of the node's clock are rejected")
+    future_tolerance: float = quantity(
+        0.1, "s", 0.0, 10.0, "stamps further ahead of the node's clock are rejected", tunable=True
+    )
     reliability: str = choice(
         "reliable", ("reliable", "best_effort"), "QoS of the sensor subscriptions; best_effort matches every publisher"
     )

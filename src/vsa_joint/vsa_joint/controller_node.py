@@ -6,6 +6,7 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.serialization import deserialize_message
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from vsa_common.ros.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode
 from vsa_common.ros.process import run
@@ -53,7 +54,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         self._inputs_subscribed.append(
             self.create_subscription(StiffnessCommand, "stiffness_command", self._on_command, RELIABLE)
         )
-        self._timer = self.create_timer(1.0 / self.config.rate, self._on_timer, clock=STEADY)
+        self._timer = self._create_timer(self.config)
 
     def stop(self) -> None:
         self.destroy_timer(self._timer)
@@ -61,6 +62,14 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
             self.destroy_subscription(subscription)
         self.destroy_publisher(self._commands)
         self.destroy_publisher(self._status)
+
+    def reconfigure(self, config: ControlConfig) -> None:
+        self._supervisor.reconfigure(config)
+        self.destroy_timer(self._timer)
+        self._timer = self._create_timer(config)
+
+    def _create_timer(self, config: ControlConfig) -> Timer:
+        return self.create_timer(1.0 / config.rate, self._on_timer, clock=STEADY)
 
     def health(self) -> Health:
         if not self.active:

@@ -9,6 +9,7 @@ from typing import Any
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from vsa_common.ros.cdr import Reader, Writer
 from vsa_common.ros.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
@@ -23,11 +24,12 @@ from vsa_joint.impedance.fusion import JointEstimate, JointFusion
 from vsa_joint.impedance.pairing import TransmissionEstimate
 from vsa_joint.impedance.propagation import ImpedanceEstimate
 from vsa_joint.impedance.tension import unloaded_force
-from vsa_joint.settings import CONSISTENT, JointConfig
+from vsa_joint.settings import CONSISTENT, PAPER, JointConfig
 from vsa_joint.tuning import RANGE_PERIOD_NS
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
+_REFLECTION = {CONSISTENT: JointImpedance.REFLECTION_CONSISTENT, PAPER: JointImpedance.REFLECTION_PAPER}
 _LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
 
 
@@ -40,7 +42,7 @@ class JointNode(SuiteNode[JointConfig]):
     def start(self) -> None:
         self._fusion = JointFusion(self.config)
         self._joint = self.config.joint
-        self._reflection = JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
+        self._reflection = _REFLECTION[self.config.reflection]
         self._range = (0.0, 0.0, False)  # reachable stiffness [N m/rad]: least, greatest, validity
         self._reader = Reader(TransmissionImpedance.get_fields_and_field_types())
         self._writer_reason = ""
@@ -61,7 +63,7 @@ class JointNode(SuiteNode[JointConfig]):
             for index in (0, 1)
         ]
         self._inputs.append(self.create_subscription(JointState, "motor_states", self._on_motors, NEWEST, raw=True))
-        self._timeout_timer = self.create_timer(self.config.status_period, self._on_timeout_check, clock=self.steady)
+        self._timeout_timer = self._create_timer(self.config)
 
     def listen(self) -> list[Subscription]:
         """Subscribe to both transmissions; a subclass that calls `take` directly overrides this."""
@@ -82,6 +84,15 @@ class JointNode(SuiteNode[JointConfig]):
             self.destroy_subscription(subscription)
         for publisher in self._impedances.publishers:
             self.destroy_publisher(publisher)
+
+    def reconfigure(self, config: JointConfig) -> None:
+        self._fusion.reconfigure(config)
+        self._motor_map = MotorMap(config)
+        self.destroy_timer(self._timeout_timer)
+        self._timeout_timer = self._create_timer(config)
+
+    def _create_timer(self, config: JointConfig) -> Timer:
+        return self.create_timer(config.status_period, self._on_timeout_check, clock=self.steady)
 
     def health(self) -> Health:
         if not self.active:

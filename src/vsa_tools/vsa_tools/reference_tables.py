@@ -20,7 +20,7 @@ NODES = {
     "recorder": "vsa_tools.record.command.RecorderConfig",
     "rig_simulator": "vsa_simulator.node.SimulatorConfig",
 }
-_BLOCK = re.compile(r"(<!-- (parameters|message): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_BLOCK = re.compile(r"(<!-- (parameters|tunable|message): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _FIELD = re.compile(r"^(\S+)\s+(\w+)\s*(=\s*\S+)?\s*(?:#\s*(.*))?$")
 
 
@@ -29,18 +29,28 @@ def document(text: str, messages: Path) -> str:
 
     def renew(block: re.Match[str]) -> str:
         head, kind, name, end = block.groups()
-        table = parameter_table(NODES[name]) if kind == "parameters" else message_table(messages / f"{name}.msg")
-        return f"{head}{table}{end}"
+        if kind == "message":
+            return f"{head}{message_table(messages / f'{name}.msg')}{end}"
+        return f"{head}{(parameter_table if kind == 'parameters' else tunable_list)(NODES[name])}{end}"
 
     return _BLOCK.sub(renew, text)
 
 
 def parameter_table(config: str) -> str:
     """Markdown table of a configuration class, named with its module."""
-    module, _, name = config.rpartition(".")
     rows = ["| parameter | default | unit | range | meaning |", "|---|---|---|---|---|"]
-    rows += [_parameter_row(p) for p in parameters(getattr(importlib.import_module(module), name))]
+    rows += [_parameter_row(p) for p in parameters(_class(config))]
     return "\n".join(rows) + "\n"
+
+
+def tunable_list(config: str) -> str:
+    """The tunable parameters of a configuration class."""
+    return ", ".join(f"`{p.name}`" for p in parameters(_class(config)) if p.tunable) + "\n"
+
+
+def _class(config: str) -> type:
+    module, _, name = config.rpartition(".")
+    return getattr(importlib.import_module(module), name)  # type: ignore[no-any-return]
 
 
 def _parameter_row(parameter: Parameter) -> str:

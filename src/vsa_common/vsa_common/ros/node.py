@@ -5,19 +5,17 @@ A node file creates its topics in `start`, releases its core in `stop`, and ends
 """
 
 import threading
-from collections.abc import Mapping, Sequence
-from typing import Any, Generic, TypeVar, cast
+from collections.abc import Mapping
+from typing import Any, Generic, TypeVar
 
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from vsa_common.config.configuration import ConfigurationError, build, flatten, parameters
+from vsa_common.config.configuration import ConfigurationError
 from vsa_common.ros.diagnostics import CHECK_PERIOD, ERROR, OK, STALE, WARN, DiagnosticsPublisher
-from vsa_common.ros.parameters import COMMON, Common, descriptor, is_ours, ros_value
+from vsa_common.ros.parameters import Common, NodeParameters
 from vsa_common.ros.qos import QosMonitor
 
 __all__ = ["BEST_EFFORT", "ERROR", "OK", "RELIABLE", "STALE", "STEADY", "WARN", "Health", "RCLError", "SuiteNode"]
@@ -47,17 +45,14 @@ class SuiteNode(LifecycleNode, Generic[Config]):
                 f"{name}: a parameter has no value; write an empty list as ['']: {error}"
             ) from error
         self.steady = Clock(clock_type=ClockType.STEADY_TIME)  # one clock for all nodes of a process gets slow
-        self._config_class = config_class
-        self._defaults = defaults
         self.lock = threading.RLock()
         self._active = False
         self._starting = False
         self.failure = ""
         try:
-            self.config = self._declare()
+            self._declared = NodeParameters(self, config_class, defaults, lambda: self._active, self._apply)
         except ConfigurationError as error:
             raise ConfigurationError(f"{self.get_name()}: {error}") from error
-        self.add_on_set_parameters_callback(self._on_parameters)
         self._reject_illegal_transitions()
         self._qos_monitor = QosMonitor(self)
         self._diagnostics = DiagnosticsPublisher(self)
@@ -72,9 +67,10 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """Undo `start`. Called once for each successful `start`, also when the process ends."""
 
     def reconfigure(self, config: Config) -> None:
-        """Apply a checked configuration; raise ConfigurationError to reject it and keep the present one."""
-        if self._active:
-            raise ConfigurationError("cannot change while the node is active; deactivate it first")
+        """Apply changed tunable parameters while active, before `config` has them.
+
+        Raise ConfigurationError to reject the change.
+        """
 
     def health(self) -> Health:
         """Level (OK, WARN, ERROR, STALE), one line, and key values for /diagnostics."""
@@ -151,37 +147,20 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     # Parameters.
 
-    def _declare(self) -> Config:
-        overrides = cast("Mapping[str, RosParameter]", self.get_parameters_by_prefix(""))
-        given = {name: override.value for name, override in overrides.items() if is_ours(name)}
-        self.common = build(Common, {name: value for name, value in given.items() if name in COMMON})
-        own = {name: value for name, value in given.items() if name not in COMMON}
-        config = build(self._config_class, {**self._defaults, **own})
-        for one in (config, self.common):
-            values = flatten(one)
-            for parameter in parameters(type(one)):
-                self._describe(parameter.name, ros_value(values[parameter.name]), descriptor(parameter))
-        return config
+    @property
+    def config(self) -> Config:
+        """The present configuration."""
+        return self._declared.config
 
-    def _describe(self, name: str, value: Any, descriptor: ParameterDescriptor) -> None:
-        if self.has_parameter(name):
-            self.undeclare_parameter(name)
-        self.declare_parameter(name, value, descriptor, ignore_override=True)
+    @property
+    def common(self) -> Common:
+        """Parameters that every node has."""
+        return self._declared.common
 
-    def _on_parameters(self, changes: Sequence[RosParameter]) -> SetParametersResult:
-        ours = {change.name: change.value for change in changes if is_ours(change.name)}
-        at_start = {name: ours.pop(name) for name in COMMON.intersection(ours)}
-        try:
-            self.common = build(Common, {**flatten(self.common), **at_start})
-            if not ours:
-                return SetParametersResult(successful=True)
-            config = build(self._config_class, {**flatten(self.config), **ours})
-            with self.lock:
+    def _apply(self, config: Config) -> None:
+        with self.lock:
+            if self._active:
                 self.reconfigure(config)
-        except ConfigurationError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        self.config = config
-        return SetParametersResult(successful=True)
 
     # Diagnostics.
 

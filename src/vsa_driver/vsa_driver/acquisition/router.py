@@ -33,6 +33,11 @@ class Router:
             message = self.commands.source.message
             self._routes.setdefault(_key(message.id, message.extended), [])
 
+    def set_limits(self, settings: DriverSettings) -> None:
+        """Apply the tunable parameters of other settings."""
+        for channel in self.transmissions.values():
+            channel.set_limits(settings)
+
     def add(self, frame: Frame, stamp_ns: int) -> list[Sample]:
         """The samples that `frame`, captured at `stamp_ns`, completes."""
         if frame.is_error_frame:

@@ -31,10 +31,16 @@ class RecorderConfig:
     topics: tuple[str, ...] = string(
         ("",), "topics of others to record besides, absolute names; their type is looked up"
     )
-    queue_limit: int = quantity(100_000, "", 100, 10_000_000, "messages that may wait for the disk; more are dropped")
+    queue_limit: int = quantity(
+        100_000, "", 100, 10_000_000, "messages that may wait for the disk; more are dropped", tunable=True
+    )
     depth: int = quantity(2000, "", 1, 100_000, "messages of a topic that may wait for this process")
-    flush_period: float = quantity(1.0, "s", 0.05, 60.0, "a crash costs no more than the last so many seconds")
-    disk_reserve: int = quantity(16_000_000, "byte", 0, 10**12, "free space at which the recording is closed")
+    flush_period: float = quantity(
+        1.0, "s", 0.05, 60.0, "a crash costs no more than the last so many seconds", tunable=True
+    )
+    disk_reserve: int = quantity(
+        16_000_000, "byte", 0, 10**12, "free space at which the recording is closed", tunable=True
+    )
 
 
 class RecorderNode(SuiteNode[RecorderConfig]):
@@ -67,6 +73,9 @@ class RecorderNode(SuiteNode[RecorderConfig]):
         for subscription in self._recorded:
             self.destroy_subscription(subscription)
         self.spool.close()
+
+    def reconfigure(self, config: RecorderConfig) -> None:
+        self.spool.set_limits(config.queue_limit, config.flush_period, config.disk_reserve)
 
     def health(self) -> Health:
         if not self.active:
