@@ -266,4 +266,5 @@ def test_a_bad_start_value_ends_in_one_line_and_an_exit_code():
     process = start("force_noise_std:=-1.0")
     _, output = process.communicate(timeout=60)
     assert process.returncode != 0
-    assert output.strip() == "estimator: force_noise_std = -1.0 N: must be within 1e-06 to 100.0 N"
+    assert output.strip().endswith("[vsa.estimator]: force_noise_std = -1.0 N: must be within 1e-06 to 100.0 N")
+    assert len(output.strip().splitlines()) == 1

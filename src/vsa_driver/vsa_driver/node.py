@@ -10,17 +10,17 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.config.joints import joints
-from vsa_common.ros.diagnostics import CounterDelta, format_increases
-from vsa_common.ros.node import ERROR, OK, WARN, Health, SuiteNode
+from vsa_common.ros.node import SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_driver.acquisition.calibration import TareError
 from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
 from vsa_driver.acquisition.clock import CaptureClock
 from vsa_driver.acquisition.mapping import load_frames
 from vsa_driver.acquisition.router import Router
-from vsa_driver.can.bus import BusError, Frame
+from vsa_driver.can.bus import BusError, Frame, open_bus
 from vsa_driver.can.frames import FrameError
 from vsa_driver.can.link import BusLink
+from vsa_driver.health import DriverHealth, tasks
 from vsa_driver.motors.motor import CommandRefused, MotorGate, MotorLimits
 from vsa_driver.settings import DriverSettings, MotorSettings
 from vsa_driver.topics import RigTopics, TransmissionTopics
@@ -28,7 +28,6 @@ from vsa_driver.tuning import LOG_PERIOD_S, THREAD_SWITCH_S
 
 # The newest command only; best effort matches reliable publishers too.
 COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-_NO_FAULT = (".samples", "unmapped_frames")  # counters whose increase is no fault
 
 
 class DriverNode(SuiteNode[DriverSettings]):
@@ -43,6 +42,11 @@ class DriverNode(SuiteNode[DriverSettings]):
         self.on_idle: Callable[[int], None] | None = None  # callback of `BusLink`; a subclass sets it before `start`
         self._single_threaded = single_threaded
 
+    def configure(self) -> None:
+        """Read the DBC file, check mapping and calibration, and open the bus once."""
+        Router(load_frames(self.config.dbc), self.config)
+        open_bus(self.config.bus).close()
+
     def start(self) -> None:
         config, motors = self.config, self.config.motors
         self._router = Router(load_frames(config.dbc), config)
@@ -52,11 +56,11 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._last_seen_ns = dict.fromkeys(self._router.transmissions, 0)
         self._holding = False
         self._max_delay_ns = 0
-        self._fault_delta = CounterDelta()
         self._topics = {name: TransmissionTopics(self, name) for name in self._router.transmissions}
         self._rig = RigTopics(self, self._motors)
         pause_s = self.common.realtime.rest
         self.link = BusLink(config.bus, self._on_frame, self._on_down, on_idle=self.on_idle, coalescing_s=pause_s)
+        self._health_monitor = DriverHealth(self._router, self.link, self._gate)
         try:
             self.link.open(self._single_threaded)
         except BusError:
@@ -86,38 +90,22 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._destroy_timers()
         self._own_timers = self._create_timers(config)
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
-        counts = self._router.counts() | {"malformed": self.link.malformed, "commands_refused": self._gate.refused}
-        values: dict[str, object] = {
-            "bus": self.link.reason or "up",
-            "bus_failures": self.link.failures,
-            "bus_reopened": self.link.reopened,
-            "motors": self._gate.state,
-            "motors_reason": self._gate.reason,
-            "motors_rate_limited": self._gate.rate_limited,
-            "command_timeouts": self._gate.timeouts,
-            "device_watchdog": "holding" if self._holding else "fed",
-            "publish_delay_max_ms": round(self._max_delay_ns / 1e6, 2),
-            **{f"{name}.tare_n": channel.tare.offset for name, channel in self._router.transmissions.items()},
-            **counts,
-        }
-        self._max_delay_ns = 0
-        fault_counts = {name: count for name, count in counts.items() if not name.endswith(_NO_FAULT)}
-        faults = self._fault_delta.increases(fault_counts | {"bus_failures": self.link.failures}, time.monotonic())
-        if not self.link.up:
-            return ERROR, f"bus down: {self.link.reason or 'its thread has ended'}", values
-        timed_out = self._timed_out()
-        if timed_out:
-            failed = f"{self.link.last_reason}, then " if "bus_failures" in faults else ""
-            others = f"; {format_increases(faults)}" if faults else ""
-            values |= {f"readers {topic.topic_name}": topic.get_subscription_count() for topic in self.publishers}
-            return ERROR, f"{failed}no samples of {' and '.join(timed_out)}{others}", values
-        if faults:
-            self.get_logger().warning(format_increases(faults), throttle_duration_sec=LOG_PERIOD_S)
-            return WARN, format_increases(faults), values
-        return OK, "active", values
+    def health(self) -> Tasks:
+        max_delay_ns, self._max_delay_ns = self._max_delay_ns, 0
+        return self._health_monitor.assess(self._timed_out(), max_delay_ns, self._holding)
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return tasks(self.config.transmissions)
+
+    @property
+    def hardware_id(self) -> str:
+        return f"{self.config.bus.interface} {self.config.bus.channel}"
+
+    @property
+    def activity(self) -> str:
+        commands = f"motor commands at {self.config.motors.command_rate:g} Hz" if self._router.commands else "no motors"
+        return f"CAN bus {self.hardware_id}, {' and '.join(self.config.transmissions)}, {commands}"
 
     # In the thread that reads the bus.
 
@@ -141,8 +129,9 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._topics[sample.transmission].publish(sample)
 
     def _on_down(self, reason: str) -> None:
-        self._gate.disarm("the bus failed")
-        self.get_logger().error(f"bus down: {reason}; motors disarmed", throttle_duration_sec=LOG_PERIOD_S)
+        if self._gate.armed:
+            self._gate.disarm("the bus failed")
+            self.get_logger().error(f"motors disarmed: {reason}", throttle_duration_sec=LOG_PERIOD_S)
 
     # In the executor's thread.
 
@@ -176,6 +165,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             else:
                 self._gate.arm(time.monotonic())
             response.success, response.message = True, self._gate.state
+            self.get_logger().info(f"motors {self._gate.state}")
         except CommandRefused as error:
             response.success, response.message = False, str(error)
         return response
@@ -189,6 +179,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             channels = self._router.transmissions.items()
             response.message = ", ".join(f"{name} {channel.tare.take():+.4f} N" for name, channel in channels)
             response.success = True
+            self.get_logger().info(f"tare: {response.message}")
         except TareError as error:
             response.message = str(error)
         return response

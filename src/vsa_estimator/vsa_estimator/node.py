@@ -10,7 +10,7 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from vsa_common.ros.cdr import read_position, read_wrench
-from vsa_common.ros.node import BEST_EFFORT, RELIABLE, WARN, Health, SuiteNode
+from vsa_common.ros.node import BEST_EFFORT, RELIABLE, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.types import ResetReason, Status
@@ -19,17 +19,13 @@ from vsa_estimator.offline.flight_recorder import FlightRecorder
 from vsa_estimator.output.estimate import Estimate
 from vsa_estimator.output.messages import ImpedanceWriter, StateWriter
 from vsa_estimator.preprocessing.pairing import Pairing
-from vsa_estimator.ros.health import NO_SAMPLES, EstimatorHealth
+from vsa_estimator.ros.health import ESTIMATION, NO_SAMPLES, EstimatorHealth
+from vsa_estimator.ros.silence import FIRST_STEP, PREDICTION_STEP_NS, WATCHDOG_PERIOD, Watchdog, prediction_stamps
 from vsa_estimator.ros.stamps import StampCheck
 from vsa_estimator.settings import NodeConfig
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
-WATCHDOG_PERIOD = 0.005  # of the check for silence [s]
-STARVED_NS = 20_000_000  # a check later than this was starved: queued samples come first for as long [ns]
-MAX_DEFERRAL_NS = 200_000_000  # silence after which predictions are not deferred [ns]
-PREDICTION_STEP_NS = 10_000_000  # interval of predicted estimates in silence [ns]
-FIRST_STEP = 5  # first predicted estimate after a silence of so many steps: 50 ms, the limit of STALE
-MAX_STEPS = 10  # predicted estimates in one call
+LOG_PERIOD_S = 1.0  # [s] at least between two lines on resets
 
 
 class EstimatorNode(SuiteNode[NodeConfig]):
@@ -38,6 +34,11 @@ class EstimatorNode(SuiteNode[NodeConfig]):
     def __init__(self, name: str = "estimator", namespace: str = "vsa", **defaults: Any) -> None:
         super().__init__(name, NodeConfig, namespace, **defaults)
         self.stamp_ns = self.arrival_ns = 0  # of the last sample; arrival on the steady clock
+
+    def configure(self) -> None:
+        """Compile the estimator, and create the folder of the flight recorder."""
+        create_estimator(self.config)
+        _recorder(self.config)
 
     def start(self) -> None:
         config = self.config
@@ -51,9 +52,10 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._reset_count = 0
         self._state_period_ns = int(1e9 / config.state_rate)
         self.stamp_ns = self.arrival_ns = 0
-        self._published_ns = self._state_ns = self._checked_ns = self._deferred_until_ns = 0
+        self._published_ns = self._state_ns = 0
+        self._watchdog = Watchdog()
         self._overtaken = 0  # estimates with stamps before that of a published prediction
-        self._health = EstimatorHealth()
+        self._health_monitor = EstimatorHealth()
         self._ros_clock = cast("ROSClock", self.get_clock())
         self._stamp_check = StampCheck(self._ros_clock, name, _ns(config.future_tolerance))
         self._impedances = ThrottledPublisher(self, TransmissionImpedance, f"{name}/impedance")
@@ -96,18 +98,28 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         if self._recorder is not None:
             self._recorder.close()
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
+    def health(self) -> Tasks:
         counts = {"unpaired": self._pairing.dropped, "estimates_overtaken": self._overtaken}
         if self._recorder is not None:
             counts["flight_recordings"] = self._recorder.files
-        level, text, values = self._health.assess(
-            self._estimator.state(), self._status, self._stamp_check.counts, counts
-        )
+        state = self._estimator.state()
+        level, text, values = self._health_monitor.assess(state, self._status, self._stamp_check.counts, counts)
         if self._recorder is not None and self._recorder.failed:
-            return max(level, WARN), f"{text}; {self._recorder.failed}", values
-        return level, text, values
+            level, text = max(level, WARN), f"{text}; {self._recorder.failed}"
+        return {ESTIMATION: (level, text, values)}
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return (ESTIMATION,)
+
+    @property
+    def hardware_id(self) -> str:
+        return self.config.transmission
+
+    @property
+    def activity(self) -> str:
+        config = self.config
+        return f"{config.transmission}, formulation {config.formulation}, filter at {config.filter_rate:g} Hz"
 
     def _on_force(self, data: bytes) -> None:
         stamp_ns, force = read_wrench(data)
@@ -169,6 +181,10 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._published_ns = estimate.stamp_ns
         if self._recorder is not None:
             self._recorder.watch(estimate)
+        if estimate.reset_count != self._reset_count:
+            reason = ResetReason(estimate.reset_reason).name
+            line = f"reset: {reason}, {estimate.reset_count} so far"
+            self.get_logger().info(line, throttle_duration_sec=LOG_PERIOD_S)
         changed = estimate.status is not self._status
         self._status, self._reset_count = estimate.status, estimate.reset_count
         self.on_estimate(estimate)
@@ -186,13 +202,9 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._states.publish(self._state_writer.write(estimate.stamp_ns, state))
 
     def _on_watchdog(self) -> None:
-        """Predict in silence; after a starved moment queued samples come first."""
         now_ns = time.monotonic_ns()
-        if now_ns - self._checked_ns > STARVED_NS:
-            self._deferred_until_ns = now_ns + STARVED_NS
-        self._checked_ns = now_ns
         silence_ns = now_ns - self.arrival_ns
-        if now_ns >= self._deferred_until_ns or silence_ns > MAX_DEFERRAL_NS:
+        if self._watchdog.may_predict(now_ns, silence_ns):
             self.predict_silence(silence_ns)
 
     def predict_silence(self, silence_ns: int) -> None:
@@ -202,10 +214,9 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         with self.lock:
             if not self.active:
                 return
-            first = max(FIRST_STEP, (self._published_ns - self.stamp_ns) // PREDICTION_STEP_NS + 1)
-            last = min(self._silence_on_ros_clock(silence_ns) // PREDICTION_STEP_NS, first + MAX_STEPS - 1)
-            for step in range(first, last + 1):
-                estimate = self._estimator.predict_to(self.stamp_ns + step * PREDICTION_STEP_NS)
+            silence_ns = self._silence_on_ros_clock(silence_ns)
+            for stamp_ns in prediction_stamps(self.stamp_ns, self._published_ns, silence_ns):
+                estimate = self._estimator.predict_to(stamp_ns)
                 if estimate is not None:
                     self._publish(estimate)
 

@@ -12,7 +12,7 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from vsa_common.ros.cdr import Reader, Writer
-from vsa_common.ros.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
+from vsa_common.ros.node import ERROR, OK, RELIABLE, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.stamps import NANOSECONDS
@@ -28,9 +28,10 @@ from vsa_joint.settings import CONSISTENT, PAPER, JointConfig
 from vsa_joint.tuning import RANGE_PERIOD_NS
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
+IMPEDANCE = "impedance"  # task of the diagnostics
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _REFLECTION = {CONSISTENT: JointImpedance.REFLECTION_CONSISTENT, PAPER: JointImpedance.REFLECTION_PAPER}
-_LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
+_LEVEL = {Status.VALID: OK, Status.STALE: ERROR, Status.FAULT: ERROR}
 
 
 class JointNode(SuiteNode[JointConfig]):
@@ -94,9 +95,7 @@ class JointNode(SuiteNode[JointConfig]):
     def _create_timer(self, config: JointConfig) -> Timer:
         return self.create_timer(config.status_period, self._on_timeout_check, clock=self.steady)
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
+    def health(self) -> Tasks:
         last, counts = self._fusion.newest, self._fusion.counts
         values: dict[str, object] = {
             "status": Status(last.status).name,
@@ -106,14 +105,21 @@ class JointNode(SuiteNode[JointConfig]):
             "resets": last.reset_count,
             "valid_frequency_hz": f"{last.valid_frequency:.3g}",
         }
-        level, message = _LEVEL.get(Status(last.status), WARN), last.reason or "active"
-        if level == OK and last.maxwell_exceeds_mass:
-            level = WARN
-            message = (
-                f"Maxwell term of damper and tendon exceeds the mass term: inertia valid only below "
+        text = last.reason or "active"
+        if last.maxwell_exceeds_mass and not last.reason:  # a property of the rig, no fault
+            text = (
+                f"active; the Maxwell term of damper and tendon exceeds the mass term: inertia valid only below "
                 f"{last.valid_frequency:.2g} Hz, use the frequency response above"
             )
-        return level, message, values
+        return {IMPEDANCE: (_LEVEL.get(Status(last.status), WARN), text, values)}
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return (IMPEDANCE,)
+
+    @property
+    def activity(self) -> str:
+        return f"transmission_1 and transmission_2, reflection {self.config.reflection}"
 
     def take(self, index: int, sample: TransmissionEstimate) -> None:
         """Add an estimate of transmission `index` (0, 1); publish if it completes a pair. No effect while inactive."""

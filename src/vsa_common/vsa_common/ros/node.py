@@ -1,33 +1,39 @@
-"""Base class of the suite's nodes: a lifecycle node with checked parameters, autostart and diagnostics.
+"""Base class of the suite's nodes: a lifecycle node with checked parameters, autostart, log and diagnostics.
 
-A node file creates its topics in `start`, releases its core in `stop`, and ends with `main = lambda: run(ItsNode)`, of
-`vsa_common.ros.process`.
+A node file checks its configuration in `configure`, creates its topics in `start`, releases its core in `stop`, and
+ends with `main = lambda: run(ItsNode)`, of `vsa_common.ros.process`.
 """
 
 import threading
-from collections.abc import Mapping
-from typing import Any, Generic, TypeVar
+import time
+from collections.abc import Callable
+from typing import Any, Generic, NoReturn, TypeVar
 
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from vsa_common.config.configuration import ConfigurationError
-from vsa_common.ros.diagnostics import CHECK_PERIOD, ERROR, OK, STALE, WARN, DiagnosticsPublisher
+from vsa_common.ros.diagnostics import CHECK_PERIOD, ERROR, OK, WARN, DiagnosticsPublisher, Health, Tasks
+from vsa_common.ros.log import HealthLog, await_log_reader
 from vsa_common.ros.parameters import Common, NodeParameters
 from vsa_common.ros.qos import QosMonitor
 
-__all__ = ["BEST_EFFORT", "ERROR", "OK", "RELIABLE", "STALE", "STEADY", "WARN", "Health", "RCLError", "SuiteNode"]
+__all__ = ["BEST_EFFORT", "ERROR", "OK", "RELIABLE", "STEADY", "WARN", "Health", "RCLError", "SuiteNode", "Tasks"]
 
 Config = TypeVar("Config")
-Health = tuple[int, str, Mapping[str, object]]
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 RELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 RCLError = rclpy_implementation.RCLError
+
+
+class StartRefused(ConfigurationError):
+    """A node cannot start; the reason is in its log already."""
 
 
 class SuiteNode(LifecycleNode, Generic[Config]):
@@ -47,18 +53,22 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         self.steady = Clock(clock_type=ClockType.STEADY_TIME)  # one clock for all nodes of a process gets slow
         self.lock = threading.RLock()
         self._active = False
-        self._starting = False
-        self.failure = ""
+        self._state = "unconfigured"  # the lifecycle state
+        self._failure = ""  # why the last transition failed
         try:
             self._declared = NodeParameters(self, config_class, defaults, lambda: self._active, self._apply)
         except ConfigurationError as error:
-            raise ConfigurationError(f"{self.get_name()}: {error}") from error
+            self.refuse_start(str(error))
         self._reject_illegal_transitions()
         self._qos_monitor = QosMonitor(self)
         self._diagnostics = DiagnosticsPublisher(self)
-        self.create_timer(CHECK_PERIOD, self._publish_health, clock=self.steady)
+        self._health_log = HealthLog(self.get_logger())
+        self.create_timer(CHECK_PERIOD, self.publish_health, clock=self.steady)
 
     # Overridden by the nodes of the suite.
+
+    def configure(self) -> None:
+        """Open and check what `start` needs, and release it. Raise ConfigurationError or OSError where it fails."""
 
     def start(self) -> None:
         """Create topics, timers and core. Raise ConfigurationError where that is impossible."""
@@ -72,19 +82,34 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         Raise ConfigurationError to reject the change.
         """
 
-    def health(self) -> Health:
-        """Level (OK, WARN, ERROR, STALE), one line, and key values for /diagnostics."""
-        return OK, "active" if self._active else "inactive", {}
+    def health(self) -> Tasks:
+        """While active: level (OK, WARN, ERROR), one line, and key values of each of `tasks`."""
+        return dict.fromkeys(self.tasks, (OK, "active", {}))
 
-    # Topics, without rclpy's QoS events: see vsa_common.ros.qos.
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Names of the node's tasks in the diagnostics; a failed transition is reported by the first."""
+        return ("node",)
+
+    @property
+    def hardware_id(self) -> str:
+        """What the node's diagnostics are about."""
+        return self.get_namespace().strip("/")
+
+    @property
+    def activity(self) -> str:
+        """What the active node does, for the log: bus, transmissions, rate."""
+        return ""
+
+    # Topics, without rclpy's QoS events: see vsa_common.ros.qos. Parameters `qos_overrides.*` change the policies.
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any, **options: Any) -> Any:
-        events = PublisherEventCallbacks(use_default_callbacks=False)
-        return super().create_publisher(msg_type, topic, qos_profile, event_callbacks=events, **options)
+        options |= _options(topic, PublisherEventCallbacks(use_default_callbacks=False))
+        return super().create_publisher(msg_type, topic, qos_profile, **options)
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any) -> Any:
-        events = SubscriptionEventCallbacks(use_default_callbacks=False)
-        return super().create_subscription(msg_type, topic, callback, qos_profile, event_callbacks=events, **options)
+        options |= _options(topic, SubscriptionEventCallbacks(use_default_callbacks=False))
+        return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 
     # Lifecycle.
 
@@ -94,34 +119,47 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         return self._active
 
     def autostart(self) -> None:
-        """Configure and activate, if the parameter is true; ConfigurationError where the node cannot start."""
+        """Configure and activate, if the parameter is true; StartRefused where the node cannot start."""
         if not self.common.autostart:
             return
-        self._starting = True
         self.trigger_configure()
-        self.trigger_activate()
-        self._starting = False
+        if not self._failure:
+            self.trigger_activate()
         if not self._active:
-            raise ConfigurationError(self.failure or "cannot start")
+            await_log_reader(self)
+            raise StartRefused(self._failure)
+
+    def refuse_start(self, reason: str) -> NoReturn:
+        """Log the reason, until a reader of /rosout has it, and end the node. Raises StartRefused."""
+        self.get_logger().fatal(reason)
+        await_log_reader(self)
+        self.destroy_node()
+        raise StartRefused(reason)
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if not self._attempt(self.configure):
+            return TransitionCallbackReturn.FAILURE
+        self._enter("inactive", "configured")
+        return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        try:
-            with self.lock:
-                self.start()
-                self._active = True
-        except (ConfigurationError, OSError) as error:
-            self.failure = " ".join(str(error).split())
-            if not self._starting:  # else `autostart` raises it
-                self.get_logger().error(self.failure)
+        if not self._attempt(self._activate):
             return TransitionCallbackReturn.FAILURE
+        self._enter("active", f"active: {self.activity}".rstrip(": "))
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.close()
+        self._enter("inactive", "inactive")
         return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._enter("unconfigured", "unconfigured")
+        return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.close()
+        self._enter("finalized", "finalized")
         return super().on_shutdown(state)
 
     def close(self) -> None:
@@ -130,6 +168,26 @@ class SuiteNode(LifecycleNode, Generic[Config]):
             if self._active:
                 self._active = False
                 self.stop()
+
+    def _activate(self) -> None:
+        with self.lock:
+            self.start()
+            self._active = True
+
+    def _attempt(self, step: Callable[[], None]) -> bool:
+        """Whether a step of a transition succeeds; the reason of a failure is logged and in the diagnostics."""
+        try:
+            step()
+        except (ConfigurationError, OSError) as error:
+            self._failure = " ".join(str(error).split())
+            self.get_logger().error(self._failure)
+            return False
+        return True
+
+    def _enter(self, state: str, line: str) -> None:
+        self._state, self._failure = state, ""
+        self._health_log.restart()
+        self.get_logger().info(line)
 
     def _reject_illegal_transitions(self) -> None:
         """Answer a transition that the present state does not permit with a failure; in rclpy it ends the process."""
@@ -164,12 +222,27 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     # Diagnostics.
 
-    def _publish_health(self) -> None:
+    def publish_health(self) -> None:
+        """Publish and log a changed health; a timer calls it every CHECK_PERIOD."""
         if self._qos_monitor.check_next():
             self.get_logger().warning(self._qos_monitor.message)
+        now = time.monotonic()
         with self.lock:
-            level, message, values = self.health()
-        if self._qos_monitor.conflicts:
-            message = self._qos_monitor.message if level == OK else f"{message}; {self._qos_monitor.message}"
-            level = max(level, WARN)
-        self._diagnostics.publish(level, message, values)
+            tasks = self._health()
+        self._health_log.update(tasks, now)
+        self._diagnostics.publish(self.hardware_id, {**tasks, "topics": self._qos_monitor.health()}, now)
+
+    def _health(self) -> Tasks:
+        if self._active:
+            return self.health()
+        tasks: dict[str, Health] = dict.fromkeys(self.tasks, (OK, self._state, {}))
+        if self._failure:
+            tasks[self.tasks[0]] = ERROR, self._failure, {}
+        return tasks
+
+
+def _options(topic: str, events: Any) -> dict[str, Any]:
+    """Options of a topic: no QoS events; policies by parameters unless rclpy creates it before there are any."""
+    overridable = topic not in ("/parameter_events", "/rosout")
+    policies = QoSOverridingOptions.with_default_policies() if overridable else None
+    return {"event_callbacks": events, "qos_overriding_options": policies}

@@ -1,4 +1,4 @@
-"""Parts of the node. Input: stamps, states. Output: refused stamps, diagnostics.
+"""Parts of the node. Input: stamps, states. Output: refused stamps, instants of predictions, diagnostics.
 
 Permitted imports: rclpy, vsa_common.ros, vsa_common.types, vsa_estimator.output
 """

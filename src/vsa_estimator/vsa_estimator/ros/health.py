@@ -3,16 +3,16 @@
 import time
 from collections.abc import Mapping
 
-from vsa_common.ros.diagnostics import CounterDelta, format_increases
-from vsa_common.ros.node import ERROR, OK, STALE, WARN, Health
+from vsa_common.ros.diagnostics import ERROR, OK, WARN, CounterDelta, Health, format_increases
 from vsa_common.types import ResetReason, Status
 from vsa_estimator.output.estimate import State
 
+ESTIMATION = "estimation"  # task
 NO_SAMPLES = "no samples"  # reason of STALE
 
 _COUNTERS = ("samples_fused", "samples_dropped", "force_rejected", "deflection_rejected", "force_repeated")
 _FAULTS = _COUNTERS[1:4]  # counters whose increase is a warning
-_LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
+_LEVEL = {Status.VALID: OK, Status.STALE: ERROR, Status.FAULT: ERROR}
 
 
 class EstimatorHealth:
@@ -39,7 +39,7 @@ class EstimatorHealth:
         if wrong:
             return WARN, f"stamps of {' and '.join(wrong)} are zero or in the future", values
         if status is Status.STALE:
-            return STALE, NO_SAMPLES, values
+            return ERROR, NO_SAMPLES, values
         texts = [state.reason] if state.reason else []
         texts += [format_increases(increases)] if increases else []
         level = WARN if increases and status is Status.VALID else _LEVEL.get(status, WARN)
