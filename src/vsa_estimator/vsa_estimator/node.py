@@ -8,7 +8,6 @@ from rclpy.clock import ROSClock
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Trigger
 from vsa_common.ros.cdr import read_position, read_wrench
 from vsa_common.ros.node import BEST_EFFORT, RELIABLE, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
@@ -16,10 +15,11 @@ from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.types import ResetReason, Status
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.offline.flight_recorder import FlightRecorder
-from vsa_estimator.output.estimate import Estimate
+from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.output.messages import ImpedanceWriter, StateWriter
 from vsa_estimator.preprocessing.pairing import Pairing
 from vsa_estimator.ros.health import ESTIMATION, NO_SAMPLES, EstimatorHealth
+from vsa_estimator.ros.services import EstimatorServices
 from vsa_estimator.ros.silence import FIRST_STEP, PREDICTION_STEP_NS, WATCHDOG_PERIOD, Watchdog, prediction_stamps
 from vsa_estimator.ros.stamps import StampCheck
 from vsa_estimator.settings import NodeConfig
@@ -61,7 +61,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._impedances = ThrottledPublisher(self, TransmissionImpedance, f"{name}/impedance")
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
         self._inputs = self.create_inputs()
-        self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
+        self._estimator_services = EstimatorServices(self, self.state, self.reset)
         self._watchdogs = self.create_watchdogs()
 
     def create_inputs(self) -> list[Subscription]:
@@ -90,7 +90,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
     def stop(self) -> None:
         for timer in self._watchdogs:
             self.destroy_timer(timer)
-        self.destroy_service(self._reset)
+        self._estimator_services.close()
         for subscription in self._inputs:
             self.destroy_subscription(subscription)
         for publisher in (*self._impedances.publishers, self._states):
@@ -194,8 +194,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def publish_state(self, estimate: Estimate) -> None:
         """Publish the present state at the stamp of the last `estimate`."""
-        with self.lock:
-            state = self._estimator.state()
+        state = self.state()
         reason = NO_SAMPLES if estimate.status is Status.STALE else state.reason
         dropped = state.samples_dropped + self._pairing.dropped + sum(self._stamp_check.counts.values())
         state = state._replace(status=estimate.status, samples_dropped=dropped, reason=reason)
@@ -226,11 +225,15 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             return silence_ns
         return min(silence_ns, self._ros_clock.now().nanoseconds - self.stamp_ns)
 
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def state(self) -> State:
+        """The state of the estimator."""
+        with self.lock:
+            return self._estimator.state()
+
+    def reset(self) -> None:
+        """Discard the estimate and start again from the initial coefficients."""
         with self.lock:
             self._estimator.reset(ResetReason.REQUESTED)
-        response.success = True
-        return response
 
 
 def _ns(seconds: float) -> int:
