@@ -13,6 +13,7 @@ from vsa_common.io.tables import TableError
 from vsa_common.terminal import show_table
 from vsa_estimator.offline.coefficient_file import NamedCoefficients, described, posterior_parameters, write_file
 from vsa_estimator.offline.identification import NAMES, UNITS, Identification, identify
+from vsa_estimator.offline.instants import Timing, corrected
 from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings
 from vsa_estimator.settings import EstimatorConfig
 
@@ -99,9 +100,12 @@ def main(argv: list[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
         groups: dict[str, list[Recording]] = {}
+        timings: dict[str, list[Timing]] = {}
         for path in arguments.input:
             for recording in read_recordings(path, arguments.transmission):
-                groups.setdefault(recording.transmission, []).append(recording)
+                even, timing = corrected(recording)
+                groups.setdefault(even.transmission, []).append(even)
+                timings.setdefault(even.transmission, []).append(timing)
         results = {name: identify(recordings) for name, recordings in groups.items()}
         write_parameters(arguments.out, results)
         plot(arguments.out.with_suffix(".png"), results)
@@ -109,18 +113,18 @@ def main(argv: list[str] | None = None) -> int:
         print(f"identify: {error}", file=sys.stderr)
         return 1
     for name, one in results.items():
-        show_table(f"{name}: {law(one)}", HEADER, rows(one), _note(one, groups[name]))
+        show_table(f"{name}: {law(one)}", HEADER, rows(one), _note(one, timings[name]))
     print(f"wrote {arguments.out} and {arguments.out.with_suffix('.png')}")
     return 0
 
 
-def _note(result: Identification, recordings: Sequence[Recording]) -> str:
-    note = f"{len(recordings)} recording(s), {result.rows} rows, residual {result.residual.std():.3g} N rms"
+def _note(result: Identification, timings: Sequence[Timing]) -> str:
+    note = f"{len(timings)} recording(s), {result.rows} rows, residual {result.residual.std():.3g} N rms"
     if result.repeated:
         note += f"; {result.repeated} repeated force samples left out: the force sensor is slower than the recording"
     if result.misfit > 2.0:
         note += f"; the model explains the data in part only: variances scaled by up to {result.misfit:.2g} times"
-    return note
+    return f"{note}; {'; '.join(dict.fromkeys(map(str, timings)))}"
 
 
 def _parser() -> argparse.ArgumentParser:
