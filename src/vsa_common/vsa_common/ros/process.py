@@ -18,7 +18,7 @@ from vsa_common.config.configuration import ConfigurationError
 from vsa_common.config.sections import files_without
 from vsa_common.ros.arguments import check_arguments, check_parameter_files
 from vsa_common.ros.idle import Coalescer
-from vsa_common.ros.node import RCLError, SuiteNode
+from vsa_common.ros.node import RCLError, StartRefused, SuiteNode
 from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
 
 WAIT_S = 1.0  # an idle turn ends after this time, so that a signal is noticed
@@ -83,6 +83,8 @@ def run(
         while not signals:
             serve(spinner, nodes, 0.0 if busy else WAIT_S)
         return 0
+    except StartRefused:  # in the node's log
+        return 1
     except (ConfigurationError, OSError, RCLError) as error:
         print(f"{name}{' '.join(str(error).split())}", file=sys.stderr)
         return 1
@@ -127,7 +129,14 @@ def _shut_down(nodes: Nodes) -> None:
     for node in reversed(nodes):
         node.destroy_node()
     rclpy.try_shutdown()
+    ignore_signals()
     gc.unfreeze()  # a participant in a reference cycle that outlives Python can block on one of its threads
+
+
+def ignore_signals() -> None:
+    """Ignore SIGINT and SIGTERM until the process has ended: a second one would end it with another exit code."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 def tune_middleware() -> None:
