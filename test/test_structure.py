@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """House rules on size: modules, functions, parameters, folders; the tests mirror the packages."""
 
 import ast
@@ -25,7 +26,8 @@ def name(file, node):
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_modules_are_short(package):
-    assert [file for file in modules(package) if len(file.read_text().splitlines()) > MODULE_LINES] == []
+    """Without the copyright line."""
+    assert [file for file in modules(package) if len(file.read_text().splitlines()) > MODULE_LINES + 1] == []
 
 
 @pytest.mark.parametrize("package", PACKAGES)
