@@ -20,7 +20,9 @@ EXAMPLE = ROOT / "examples" / "subscribe.py"
 
 
 def test_the_readme_shows_the_example():
-    assert f"```python\n{EXAMPLE.read_text()}```" in (ROOT / "README.md").read_text()
+    copyright_line, _, code = EXAMPLE.read_text().partition("\n")
+    assert copyright_line.startswith("# Copyright")
+    assert f"```python\n{code}```" in (ROOT / "README.md").read_text()
 
 
 def test_the_example_prints_valid_stiffness_with_its_interval(monkeypatch, tmp_path):
