@@ -20,6 +20,7 @@ PREFIX = Path(sys.prefix)
 PACKAGES = Path(sysconfig.get_path("purelib"))
 BASE_PYTHON = Path(sys._base_executable)  # of the system, without this environment's packages
 SITE = PACKAGES.relative_to(PREFIX)
+HAS_WHEELS = (PREFIX / "share" / "ament_index" / "resource_index" / "packages" / "rclpy").exists()
 NUMPY = "1.26.4"  # of Ubuntu 24.04
 COPIED = ("vsa", "colcon.meta", "requirements", "src", "test", "pyproject.toml", "README.md", "CHANGELOG.md")
 SCRIPTS = {"colcon": "colcon_core.command:main", "cmake": "cmake:cmake", "ctest": "cmake:ctest", "ninja": "ninja:ninja"}
