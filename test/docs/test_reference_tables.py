@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """docs/reference/interfaces.md has the tables that the code generates."""
 
 from pathlib import Path

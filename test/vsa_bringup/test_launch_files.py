@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Launch files, checked by their syntax tree: `launch` is absent where ROS was installed from wheels."""
 
 import ast

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The rig on a bus in real time: frames, commands, ground truth file."""
 
 import csv

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench estimation|live|joint|ablation|view|soak`: figures of the suite, each with its reference."""
 
 import importlib

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Driver, estimators and joint node of every joint in the parameter file, one process for each joint.
 
 ros2 launch vsa_bringup composed.launch.py [config:=my_rig.yaml]

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The suite on the simulated rig.
 
 ros2 launch vsa_bringup simulated.launch.py [config:=my_rig.yaml] [namespace:=vsa]

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Launch files, configuration, layouts and the composed executable. Input: a parameter file. Output: running nodes.
 
 Permitted imports: rclpy, vsa_common, vsa_driver, vsa_estimator, vsa_joint

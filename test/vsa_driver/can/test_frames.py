@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Encoding and decoding by a DBC file, against literal frames."""
 
 import cantools

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The command `identify`: parameter file, figure and errors."""
 
 import pytest

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Timeouts, status, validity and resets of the joint; instants are given."""
 
 import pytest

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Diagnostics of a node: rate of publication, and increases of counters."""
 
 import re

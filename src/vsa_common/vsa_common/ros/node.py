@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Base class of the suite's nodes: a lifecycle node with checked parameters, autostart and diagnostics.
 
 A node file creates its topics in `start`, releases its core in `stop`, and ends with `main = lambda: run(ItsNode)`, of

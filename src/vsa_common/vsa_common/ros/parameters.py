@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters as ROS declares them, and the parameters that every node has."""
 
 import math

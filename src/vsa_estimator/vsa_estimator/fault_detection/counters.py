@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Counters that outlive a reset of the estimator."""
 
 from dataclasses import dataclass

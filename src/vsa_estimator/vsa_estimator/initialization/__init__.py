@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Start values of the filter by regression over the first seconds of motion. Input: samples. Output: a fit.
 
 Permitted imports: vsa_common, vsa_estimator.filter, vsa_estimator.force_law, vsa_estimator.modes, vsa_estimator.settings, vsa_estimator.tuning, numpy

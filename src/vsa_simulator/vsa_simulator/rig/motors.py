@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Commands of the motors and their watchdog; time is an argument, seconds since the start."""
 
 Positions = tuple[float, float]  # [rad]

@@ -1,4 +1,3 @@
-# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameter file of a run: layers of parameters merged over those of paper_rig.yaml."""
 
 import math
