@@ -14,12 +14,13 @@ import rclpy
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
+from vsa_common.blas import limit_blas_threads
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.config.sections import files_without
 from vsa_common.ros.arguments import check_arguments, check_parameter_files
 from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import RCLError, StartRefused, SuiteNode
-from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
+from vsa_common.ros.realtime import apply_hints, set_timer_slack
 
 WAIT_S = 1.0  # an idle turn ends after this time, so that a signal is noticed
 
