@@ -22,7 +22,7 @@ from vsa_estimator.output.predictor import (
     predict,
     process_sample,
     process_samples,
-)
+)  # fmt: skip
 from vsa_estimator.output.records import SNAPSHOT
 from vsa_estimator.output.state import Diagnostics, state_of
 from vsa_estimator.precompile import precompile

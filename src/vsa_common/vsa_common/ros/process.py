@@ -78,11 +78,10 @@ def run(
             spinner.add_node(node)
             _start(node, arguments)
         _end_startup()
-        hints = [node.common.realtime for node in nodes]
-        busy = any(hint.busy for hint in hints)
-        serve = turn(0.0 if busy else max(hint.rest for hint in hints))
+        pause, wait = _pause_and_wait(nodes)
+        serve = turn(pause)
         while not signals:
-            serve(spinner, nodes, 0.0 if busy else WAIT_S)
+            serve(spinner, nodes, wait)
         return 0
     except StartRefused:  # in the node's log
         return 1
@@ -91,6 +90,12 @@ def run(
         return 1
     finally:
         _shut_down(nodes)
+
+
+def _pause_and_wait(nodes: Nodes) -> tuple[float, float]:
+    """Pause between two turns and longest wait of an idle turn [s], as the nodes request; both 0 for a busy node."""
+    hints = [node.common.realtime for node in nodes]
+    return (0.0, 0.0) if any(hint.busy for hint in hints) else (max(hint.rest for hint in hints), WAIT_S)
 
 
 def _received_signals() -> list[int]:
