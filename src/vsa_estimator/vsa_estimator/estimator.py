@@ -51,8 +51,7 @@ class Estimator:
         self._pipeline = Pipeline(config)
         self._latch = FaultLatch()
         self._supervisor = Supervisor(config, self._pipeline, self._latch)
-        self._dropped = 0
-        self._fused = 0
+        self._dropped = self._fused = 0
         self._estimate: Estimate | None
         self._pending: list[Decimated] | None  # finished blocks without their filter step
         self._snapshot: Record
@@ -175,8 +174,7 @@ class Estimator:
         self._pipeline.reset()
         self._supervisor.reset()
         self._estimate = self._pending = None
-        self._stamp_ns = self._instant_ns = 0
-        self._force = 0.0
+        self._stamp_ns, self._instant_ns, self._force = 0, 0, 0.0
         self._snapshot = np.zeros(1, SNAPSHOT)
 
     def _finish_all_pending(self) -> None:

@@ -31,9 +31,9 @@ def configured(name, **changes):
 
 
 def counters(router):
-    """All counters of a router and of its transmissions, those of a transmission after its name."""
-    channels = router.transmissions.items()
-    return router.counts() | {f"{name}.{key}": count for name, one in channels for key, count in one.counts().items()}
+    """All counters of a router and of its channels, those of a channel after its name."""
+    channels = [*router.transmissions.values(), *router.joint, *([router.motors] if router.motors else [])]
+    return router.counts() | {f"{one.name}.{key}": count for one in channels for key, count in one.counts().items()}
 
 
 def test_a_frame_becomes_a_sample_in_si_with_its_capture_stamp():

@@ -58,13 +58,12 @@ def run(
 ) -> int:
     """Run one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line if one cannot start.
 
-    Several nodes start in their order and stop in the reverse order. `turn` is called with the pause [s] that the
-    nodes request. A signal only ends the loop of turns, so a node still has its topics while it stops.
-    `description` is the text of `--help`; the default is the docstring of `create`.
+    Several nodes stop in the reverse order. `turn` is called with the pause [s] that the nodes request. A signal only
+    ends the loop of turns: a node has its topics while it stops. `description`, or the docstring of `create`, is the
+    text of `--help`.
     """
     arguments = sys.argv if args is None else args
-    nodes: Nodes = []
-    signals = _received_signals()
+    nodes, signals = list[SuiteNode[Any]](), _received_signals()
     name = f"{Path(sys.argv[0]).name}: "
     try:
         check_arguments(arguments, description or inspect.getdoc(create) or "")
