@@ -63,15 +63,15 @@ def run(
     text of `--help`.
     """
     arguments = sys.argv if args is None else args
-    nodes, signals = list[SuiteNode[Any]](), _received_signals()
+    nodes: Nodes = []
+    signals = _received_signals()
     name = f"{Path(sys.argv[0]).name}: "
     try:
         check_arguments(arguments, description or inspect.getdoc(create) or "")
         _initialize(arguments)
         spinner = executor()
         name = ""  # errors of the nodes' constructors contain the node's name
-        created = create()
-        nodes = [created] if isinstance(created, SuiteNode) else created
+        nodes = _as_list(create())
         for node in nodes:
             name = f"{node.get_name()}: "
             spinner.add_node(node)
@@ -89,6 +89,10 @@ def run(
         return 1
     finally:
         _shut_down(nodes)
+
+
+def _as_list(created: SuiteNode[Any] | Nodes) -> Nodes:
+    return [created] if isinstance(created, SuiteNode) else created
 
 
 def _pause_and_wait(nodes: Nodes) -> tuple[float, float]:
