@@ -3,6 +3,9 @@
 A live test (`pytest.mark.live`: real processes against the wall clock) that fails while the host of a virtual machine
 suspends its cores is repeated with new fixtures. If every trial was disturbed, the result is inconclusive: the test is
 skipped, and the summary names it. A failure without suspension is a failure at once.
+
+Where a library is missing, or the workspace is not sourced, the session ends with one line: `colcon test` may run in
+any workspace.
 """
 
 import contextlib
@@ -15,6 +18,12 @@ import pytest
 from _pytest.runner import runtestprotocol
 
 sys.path.append(str(Path(__file__).parent / "shared"))
+
+from prerequisites import missing_line
+
+if line := missing_line():
+    print(f"vsa: {line}", file=sys.stderr)
+    raise SystemExit(pytest.ExitCode.USAGE_ERROR)
 
 from host import suspended_time
 

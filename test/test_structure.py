@@ -25,7 +25,8 @@ def name(file, node):
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_modules_are_short(package):
-    assert [file for file in modules(package) if len(file.read_text().splitlines()) > MODULE_LINES] == []
+    """Without the copyright line."""
+    assert [file for file in modules(package) if len(file.read_text().splitlines()) > MODULE_LINES + 1] == []
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -38,6 +38,7 @@ def test_a_failure_counts_unless_the_cores_were_suspended(pytester, suspended, f
     (shared / "host.py").write_text(
         f"calls = 0\ndef suspended_time():\n    global calls\n    calls += 1\n    return {suspended}\n"
     )
+    (shared / "prerequisites.py").write_text("def missing_line():\n    return ''\n")
     pytester.makeconftest(Path(__file__).with_name("conftest.py").read_text())
     pytester.makepyfile(LIVE.replace("{fine}", fine))
     pytester.makeini("[pytest]\n")

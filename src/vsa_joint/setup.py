@@ -14,6 +14,7 @@ setup(
         (f"share/{name}", ["package.xml"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},  # colcon test then runs pytest
     zip_safe=False,
     maintainer=package.findtext("maintainer"),
     maintainer_email=package.find("maintainer").get("email"),

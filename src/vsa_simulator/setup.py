@@ -16,6 +16,7 @@ setup(
         (f"share/{name}/config", glob("config/*")),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},  # colcon test then runs pytest
     zip_safe=False,
     maintainer=package.findtext("maintainer"),
     maintainer_email=package.find("maintainer").get("email"),

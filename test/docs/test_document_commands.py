@@ -226,12 +226,10 @@ def rig():
     domain = claim_domain()
     bus = ["-p", f"bus.options:=['hop_limit=0','port={domain.bus_port}']"]
     rest = ["-p", "rate_hz:=200", "-p", "profile.kind:=hold", "-p", "torque.amplitudes:=[0.0, 0.0]"]
-    nodes = {"rig_simulator": [*rest, *bus], "driver": bus}
+    nodes = {("vsa_simulator", "rig_simulator"): [*rest, *bus], ("vsa_driver", "driver"): bus}
     running = [
-        subprocess.Popen(
-            [executable("vsa_simulator", name), "--ros-args", "-r", "__ns:=/vsa", *arguments], env=domain.environment()
-        )
-        for name, arguments in nodes.items()
+        subprocess.Popen([executable(*node), "--ros-args", "-r", "__ns:=/vsa", *arguments], env=domain.environment())
+        for node, arguments in nodes.items()
     ]
     try:
         wait_for_samples(300, domain.domain)

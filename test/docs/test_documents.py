@@ -12,6 +12,7 @@ from vsa_tools.reference_tables import NODES
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 CONTRIBUTING = ROOT / "CONTRIBUTING.md"
+READMES = [ROOT / "QUALITY_DECLARATION.md", *sorted((ROOT / "src").glob("*/README.md"))]
 MODULE = re.compile(r"`(vsa_[a-z]+(?:\.\w+)+)`")  # or an attribute of one
 FILE = re.compile(r"`(?:src/vsa_[a-z]+/)?(vsa_[a-z]+(?:/\w+)+(?:\.py)?)/?`")  # or a folder
 SECTIONS = {
@@ -61,7 +62,7 @@ def anchors(path):
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("document", [*DOCUMENTS, CONTRIBUTING], ids=lambda path: path.name)
+@pytest.mark.parametrize("document", [*DOCUMENTS, *READMES, CONTRIBUTING], ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_link_has_a_target(document):
     for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
         if re.match(r"\w+://", target):
@@ -96,3 +97,30 @@ def test_modules_are_found_in_text():
     text = "`vsa_joint.node` `vsa_tools.design.spring.ExponentialSpring.force` `vsa_joint/node.py` `vsa_demo/bag/`"
     assert MODULE.findall(text) == ["vsa_joint.node", "vsa_tools.design.spring.ExponentialSpring.force"]
     assert FILE.findall(text + " `src/vsa_joint/vsa_joint/node.py`")[::2] == ["vsa_joint/node.py", "vsa_joint/node.py"]
+
+
+def services():
+    """(package, name) of every service that the source creates."""
+    found = set()
+    for file in (ROOT / "src").rglob("*.py"):
+        for name in re.findall(r'create_service\(\s*\w+,\s*"~?/?(\w+)"', file.read_text()):
+            found.add((file.relative_to(ROOT / "src").parts[0], name))
+    return found
+
+
+def test_the_interfaces_list_every_service():
+    text = (ROOT / "docs" / "reference" / "interfaces.md").read_text()
+    rows = [
+        row.split("|")[1] for row in text.split("\n## Services\n")[1].split("\n## ")[0].splitlines() if row[:3] == "| `"
+    ]
+    documented = {name.rpartition("/")[2] for row in rows for name in re.findall(r"`([^`]+)`", row)}
+    assert len(services()) > 5
+    assert {name for _, name in services()} <= documented
+
+
+def test_the_interfaces_list_every_field_of_every_service():
+    text = (ROOT / "docs" / "reference" / "interfaces.md").read_text().split("\n## Services\n")[1].split("\n## ")[0]
+    for file in (ROOT / "src" / "vsa_msgs" / "srv").glob("*.srv"):
+        fields = re.findall(r"^[a-z][\w/\[\]]* (\w+)", file.read_text(), re.MULTILINE)
+        assert fields
+        assert all(f"`{name}`" in text for name in [file.stem, *fields])

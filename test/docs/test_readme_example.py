@@ -1,6 +1,7 @@
 """The subscriber example of the README, run as a process."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -19,7 +20,8 @@ EXAMPLE = ROOT / "examples" / "subscribe.py"
 
 
 def test_the_readme_shows_the_example():
-    assert f"```python\n{EXAMPLE.read_text()}```" in (ROOT / "README.md").read_text()
+    code = re.sub(r"\A# Copyright.*\n", "", EXAMPLE.read_text())
+    assert f"```python\n{code}```" in (ROOT / "README.md").read_text()
 
 
 def test_the_example_prints_valid_stiffness_with_its_interval(monkeypatch, tmp_path):

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import pytest
+from vsa_common.types import ResetReason, Status
+from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_tools.reference_tables import document
 
 ROOT = Path(__file__).parents[2]
@@ -25,3 +27,10 @@ def test_every_message_is_documented_and_every_number_has_a_unit(file):
         if line.startswith("float64"):
             is_variance_of_a_field_with_unit = "_variance" in line and "#" not in line
             assert "[" in line.split("#", 1)[-1] or is_variance_of_a_field_with_unit, line
+
+
+@pytest.mark.parametrize("message", [TransmissionImpedance, EstimatorState, JointImpedance])
+@pytest.mark.parametrize(("enum", "prefix"), [(Status, "STATUS_"), (ResetReason, "RESET_")])
+def test_every_message_with_a_status_has_its_constants(message, enum, prefix):
+    constants = {name: getattr(message, name) for name in dir(message) if name.startswith(prefix)}
+    assert constants == {f"{prefix}{one.name}": one.value for one in enum}

@@ -6,6 +6,7 @@ import struct
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -62,10 +63,16 @@ class Rig:
         self.sequence = -1
         for topic, kind in TOPICS.items():
             self.node.create_subscription(kind, topic, self.received[topic].append, RELIABLE)
-        self.node.create_subscription(DiagnosticArray, "/diagnostics", lambda m: self.reports.append(m.status[0]), 10)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self.on_diagnostics, 10)
         self.commands = self.node.create_publisher(JointState, "motor_commands", RELIABLE)
         self.arm = self.node.create_client(SetBool, "driver/arm")
         self.tare = self.node.create_client(Trigger, "driver/tare")
+
+    def on_diagnostics(self, message):
+        """Tasks of the driver with the level of the worst one, as `reports`."""
+        own = {status.name.partition(": ")[2]: status for status in message.status if "/driver: " in status.name}
+        if own:
+            self.reports.append(SimpleNamespace(level=max(status.level for status in own.values()), tasks=own))
 
     def sample(self, force=20.0, count=500, motors=(0.5, -0.25)):
         """One sample of the rig: four frames."""
@@ -116,8 +123,9 @@ class Rig:
         self.commands.publish(JointState(name=["motor_1", "motor_2"], position=list(positions)))
 
     def count(self, name):
-        """Value of a counter in the newest report."""
-        return int(next(value.value for value in self.reports[-1].values if value.key == name))
+        """Value of a counter, "task.name", in the newest report."""
+        task, _, key = name.partition(".")
+        return int(next(value.value for value in self.reports[-1].tasks[task].values if value.key == key))
 
     def close(self):
         self.node.destroy_node()

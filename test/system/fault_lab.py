@@ -13,7 +13,7 @@ from vsa_common.stamps import nanoseconds
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
 
-VALID, STALE = TransmissionImpedance.VALID, TransmissionImpedance.STALE
+VALID, STALE = TransmissionImpedance.STATUS_VALID, TransmissionImpedance.STATUS_STALE
 DETECTED = 0.5  # [s] after the end of a fault, for a second detection: the encoder steps back
 
 
@@ -44,7 +44,9 @@ class Lab:
 
     def on_diagnostics(self, message):
         for status in message.status:
-            self.diagnostics.setdefault(status.name.rsplit("/", 1)[-1], []).append((time.monotonic(), status))
+            node, _, task = status.name.rsplit("/", 1)[-1].partition(": ")
+            status.message = f"{task}: {status.message}"
+            self.diagnostics.setdefault(node, []).append((time.monotonic(), status))
 
     def command(self):
         if self.commanding:
@@ -79,7 +81,8 @@ class Lab:
         return any(text in status.message for at, status in self.diagnostics.get(node, []) if at >= since)
 
     def value(self, node, key):
-        return next(item.value for item in self.diagnostics[node][-1][1].values if item.key == key)
+        statuses = (status for _, status in reversed(self.diagnostics[node]))
+        return next(item.value for status in statuses for item in status.values if item.key == key)
 
     def all_valid(self):
         """Whether joint and both sides are valid, by messages not older than 0.2 s."""

@@ -85,7 +85,7 @@ def test_a_sensor_that_stops_is_stale_then_invalid_and_recovers(healthy):
     assert all(m.status == VALID for _, m in healthy.sides[2])
     variances = [m.stiffness_variance for _, m in side if m.status == STALE]
     assert variances[-1] > variances[0]
-    healthy.until(lambda: healthy.reported("driver", "no samples of transmission_1", begin))
+    healthy.until(lambda: healthy.reported("driver", "transmission_1: no samples", begin))
     healthy.until(healthy.all_valid)
 
 
@@ -278,7 +278,7 @@ def test_after_bus_off_the_same_process_reopens_the_bus_and_commands_need_arming
     healthy.until(lambda: healthy.reported("driver", "bus-off", begin))
     assert next(at for at, s in healthy.diagnostics["driver"] if at >= begin and "bus-off" in s.message) - begin < 1.0
     healthy.until(healthy.all_valid)
-    healthy.until(lambda: healthy.value("driver", "bus_reopened") != "0")
+    healthy.until(lambda: healthy.value("driver", "reopened") != "0")
     assert healthy.value("driver", "motors") == "disarmed"
     assert healthy.harness.group["driver"].pid == driver
     healthy.until(lambda: healthy.value("rig_simulator", "motors") == "holding")

@@ -76,7 +76,7 @@ class Subscriber:
 
     def connected(self):
         """Whether the driver has discovered this node: discovery is in order, and /diagnostics is subscribed last."""
-        return "/vsa/driver" in self.reporters
+        return "/vsa/driver: bus" in self.reporters
 
 
 def stamp(message):

@@ -138,7 +138,7 @@ def test_without_a_clock_there_is_no_output_and_a_stopped_clock_makes_nothing_st
     assert len(lab.received) == count
     lab.feed(stamp_ns, 20, publish_clock=True)
     assert len(lab.received) >= count + 15
-    assert all(message.status != TransmissionImpedance.STALE for _, message in lab.received)
+    assert all(message.status != TransmissionImpedance.STATUS_STALE for _, message in lab.received)
 
 
 def test_a_wall_clock_set_back_an_hour_does_not_affect_the_watchdogs(stepped):
@@ -150,7 +150,7 @@ def test_a_wall_clock_set_back_an_hour_does_not_affect_the_watchdogs(stepped):
     lab.received.clear()
     lab.feed(time.time_ns() - HOUR, 50)
     silent = time.monotonic()
-    lab.until(lambda: lab.received[-1][1].status == TransmissionImpedance.STALE)
+    lab.until(lambda: lab.received[-1][1].status == TransmissionImpedance.STATUS_STALE)
     lab.until(lambda: not lab.received[-1][1].deflection_valid)
     assert lab.received[-1][0] - silent < 0.1 + 0.2  # 0.2 s for a busy machine
     assert (lab.received[-1][1].reset_count, lab.received[-1][1].reset_reason) == (
@@ -160,4 +160,4 @@ def test_a_wall_clock_set_back_an_hour_does_not_affect_the_watchdogs(stepped):
     offset.write_text("0")
     lab.received.clear()
     lab.feed(time.time_ns(), 20)
-    assert lab.received[-1][1].status != TransmissionImpedance.STALE
+    assert lab.received[-1][1].status != TransmissionImpedance.STATUS_STALE

@@ -269,3 +269,26 @@ def test_on_a_short_stroke_k2_and_damping_are_invalid_and_the_stiffness_interval
     assert not estimator.state().k2_valid
     assert not any(estimate.damping_valid for estimate in estimates)
     assert any("k2: not observable" in line for line in estimator.state().observability)
+
+
+def test_noise_and_limits_can_change_without_losing_the_estimate():
+    estimator, before, rest, truth = converged()
+    changed = dataclasses.replace(estimator.config, force_noise_std=0.05, force_limit=rest[200][1] - 1.0)
+    estimator.reconfigure(changed)
+    state = estimator.state()
+    assert (state.force_noise_std, state.reset_count) == (0.05, 0)
+    estimates = [estimator.add(*sample) for sample in rest[:100]]
+    assert estimates[0].k2 == pytest.approx(before.k2, rel=1e-3)
+    assert all(one.stiffness_valid for one in estimates)
+    assert column(estimates, "stiffness") == pytest.approx(truth[:100], rel=0.02)
+    estimates = [estimator.add(*sample) for sample in rest[100:300]]
+    assert "saturated" in estimator.state().reason or Status.DEGRADED in {one.status for one in estimates}
+
+
+def test_a_changed_configuration_has_the_effect_of_a_new_one():
+    recording = record(TRANSMISSION_1, SLOW, 5.0)
+    config = wrong_start(TRANSMISSION_1)
+    changed = dataclasses.replace(config, force_noise_std=0.03, deflection_noise_std=2e-5, deflection_limit=0.05)
+    one, other = Estimator(config), Estimator(changed)
+    one.reconfigure(changed)
+    assert run(one, recording) == run(other, recording)

@@ -11,8 +11,8 @@ import pytest
 import rclpy
 from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from services import answer_of
@@ -21,6 +21,7 @@ from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
 from vsa_estimator.offline.recordings import read_recordings
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
+from vsa_msgs.srv import LoadCoefficients, SaveCoefficients
 
 pytestmark = pytest.mark.live
 
@@ -157,7 +158,7 @@ def test_zero_and_future_stamps_are_refused_and_counted(lab):
 def test_silence_is_stale_then_invalid_and_ends_by_itself(lab):
     lab.move(5)
     lab.impedances.clear()
-    lab.until(lambda: lab.impedances and lab.impedances[-1].status == TransmissionImpedance.STALE)
+    lab.until(lambda: lab.impedances and lab.impedances[-1].status == TransmissionImpedance.STATUS_STALE)
     lab.until(lambda: not lab.impedances[-1].stiffness_valid)
     stamps = [nanoseconds(message.header.stamp) for message in lab.impedances]
     assert stamps == sorted(set(stamps))
@@ -205,7 +206,7 @@ def test_a_force_without_its_encoder_is_no_sample(lab):
         set_stamp(wrench.header.stamp, time.time_ns())
         lab.force.publish(wrench)
         lab.executor.spin_once(timeout_sec=0.01)
-    assert lab.impedances[-1].status == TransmissionImpedance.STALE
+    assert lab.impedances[-1].status == TransmissionImpedance.STATUS_STALE
     assert not lab.impedances[-1].stiffness_valid
     assert lab.impedances[-1].stiffness_variance > before.stiffness_variance
     lab.move(30)
@@ -223,6 +224,36 @@ def test_parameter_abuse_is_refused_with_the_reason_and_changes_nothing(lab, val
     assert lab.impedances[-1].reset_count == resets
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "stored"),
+    [
+        ("force_noise_std", ParameterValue(type=ParameterType.PARAMETER_STRING, string_value="2e-2"), 0.02),
+        ("force_limit", ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=190), 190.0),
+        ("flight_recorder.after", ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=1.5), 1.5),
+    ],
+)
+def test_a_tunable_parameter_changes_in_its_type_and_the_estimate_stays(lab, name, value, stored):
+    lab.move(20)
+    lab.until(lambda: lab.impedances[-1].stiffness_valid or not lab.move(100))
+    before = lab.states[-1]
+    request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
+    result = lab.call(SetParameters, "estimator/set_parameters", request).results[0]
+    assert result.successful, result.reason
+    now = lab.call(GetParameters, "estimator/get_parameters", GetParameters.Request(names=[name])).values[0]
+    assert (now.type, now.double_value) == (ParameterType.PARAMETER_DOUBLE, stored)
+    lab.move(20)
+    assert lab.states[-1].k2 == pytest.approx(before.k2, rel=0.005)
+    assert lab.impedances[-1].status in (TransmissionImpedance.STATUS_VALID, TransmissionImpedance.STATUS_DEGRADED)
+
+
+def test_a_fixed_parameter_names_the_commands_that_change_it(lab):
+    change = Parameter(name="filter_rate", value=ParameterValue(type=3, double_value=200.0))
+    request = SetParameters.Request(parameters=[change])
+    result = lab.call(SetParameters, "estimator/set_parameters", request).results[0]
+    assert not result.successful
+    assert "ros2 lifecycle set /vsa/estimator deactivate" in result.reason
+
+
 def test_an_illegal_lifecycle_call_is_refused_and_the_node_lives(lab):
     request = ChangeState.Request()
     request.transition.id = 1  # configure an active node
@@ -231,8 +262,43 @@ def test_an_illegal_lifecycle_call_is_refused_and_the_node_lives(lab):
     lab.move(2)
 
 
+def test_saved_coefficients_are_loaded_and_start_another_process(lab, tmp_path):
+    lab.until(lambda: lab.impedances[-1].status == TransmissionImpedance.STATUS_VALID or not lab.move(100), 90.0)
+    file = str(tmp_path / "coefficients.yaml")
+    assert (
+        "neither in the call"
+        in lab.call(SaveCoefficients, "estimator/save_coefficients", SaveCoefficients.Request()).message
+    )
+    saved = lab.call(SaveCoefficients, "estimator/save_coefficients", SaveCoefficients.Request(file=file))
+    assert (saved.success, saved.message) == (True, file)
+    before = lab.states[-1]
+    loaded = lab.call(LoadCoefficients, "estimator/load_coefficients", LoadCoefficients.Request(file=file))
+    assert loaded.success, loaded.message
+    assert "ln_stiffness_reference" in loaded.message
+    lab.move(10)
+    lab.until(lambda: lab.impedances[-1].stiffness_valid or not lab.move(50))
+    assert lab.impedances[-1].reset_reason == TransmissionImpedance.RESET_REQUESTED
+    assert lab.states[-1].k2 == pytest.approx(before.k2, rel=0.01)
+    refused = lab.call(LoadCoefficients, "estimator/load_coefficients", LoadCoefficients.Request(file="/nowhere.yaml"))
+    assert not refused.success
+    assert "/nowhere.yaml" in refused.message
+    other = subprocess.Popen(
+        [sys.executable, "-c", _MAIN, "--ros-args", "--params-file", file, "-r", "__ns:=/other"],
+        env=ENVIRONMENT, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        names = ["initial.posterior.names", "initial.posterior.values"]
+        request = GetParameters.Request(names=names)
+        # the section of /vsa/estimator is not that of /other/estimator
+        values = lab.call(GetParameters, "/other/estimator/get_parameters", request).values
+        assert list(values[0].string_array_value) == [""]
+    finally:
+        other.kill()
+
+
 def test_a_bad_start_value_ends_in_one_line_and_an_exit_code():
     process = start("force_noise_std:=-1.0")
     _, output = process.communicate(timeout=60)
     assert process.returncode != 0
-    assert output.strip() == "estimator: force_noise_std = -1.0 N: must be within 1e-06 to 100.0 N"
+    assert output.strip().endswith("[vsa.estimator]: force_noise_std = -1.0 N: must be within 1e-06 to 100.0 N")
+    assert len(output.strip().splitlines()) == 1

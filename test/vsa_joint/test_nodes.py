@@ -9,7 +9,7 @@ import time
 
 import pytest
 import rclpy
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from vsa_common.ros.node import RELIABLE
@@ -60,6 +60,8 @@ class Harness:
         self.subscribe(JointImpedance, "joint_impedance", self.joints)
         self.subscribe(JointState, "motor_commands", self.commands)
         self.subscribe(DiagnosticStatus, "stiffness_controller/status", self.statuses)
+        self.diagnostics = []
+        self.subscribe(DiagnosticArray, "/diagnostics", self.diagnostics)
 
     def subscribe(self, kind, topic, messages):
         self.node.create_subscription(kind, topic, lambda m: messages.append((time.monotonic(), m)), RELIABLE)
@@ -83,7 +85,7 @@ class Harness:
             set_stamp(message.header.stamp, stamp)
             message.force, message.force_valid = FORCE + 1e-6 * (stamp % 1000), True
             message.stiffness, message.stiffness_variance = spring.stiffness(FORCE), 100.0
-            message.damping, message.inertia, message.status = 4000.0, 0.3, TransmissionImpedance.VALID
+            message.damping, message.inertia, message.status = 4000.0, 0.3, TransmissionImpedance.STATUS_VALID
             message.stiffness_valid = message.damping_valid = message.inertia_valid = True
             self.impedance[index].publish(message)
             state = EstimatorState(deflection_reference=0.0, ln_stiffness_reference=spring.ln_stiffness, k2=spring.k2)
@@ -167,6 +169,33 @@ def test_an_unreachable_command_is_refused_with_the_range(harness):
     refusals = [{v.key: v.value for v in m.values} for _, m in harness.statuses if "cannot be reached" in m.message]
     refusal = next(values for values in refusals if values.get("accepted") == "False")
     assert float(refusal["stiffness_max"]) < 8.0
+
+
+def test_the_diagnostics_state_why_a_command_is_refused_and_that_it_is_accepted_again(harness):
+    def control():
+        found = [m for _, array in harness.diagnostics for m in array.status if m.name.endswith("controller: control")]
+        return found[-1] if found else None
+
+    harness.wait(
+        lambda: control() and "command refused: 50 N m/rad cannot be reached" in control().message, stiffness=50.0
+    )
+    status = control()
+    assert status.level == DiagnosticStatus.WARN
+    values = {value.key: value.value for value in status.values}
+    assert values["command_accepted"] == "False"
+    assert values["command_reason"].startswith("50 N m/rad cannot be reached")
+    good = joint_truth().stiffness
+    harness.wait(lambda: control().level == DiagnosticStatus.OK, stiffness=good)
+    assert control().message == "active"
+
+
+def test_a_healthy_joint_is_ok(harness):
+    def impedance():
+        found = [m for _, array in harness.diagnostics for m in array.status if m.name == "/vsa/joint: impedance"]
+        return found[-1] if found else None
+
+    harness.wait(lambda: impedance() and impedance().level == DiagnosticStatus.OK, stiffness=joint_truth().stiffness)
+    assert impedance().message.startswith("active")
 
 
 def test_a_stopped_estimator_invalidates_the_joint_and_the_motors_hold_in_time(harness):

@@ -147,6 +147,14 @@ def _side(side, time, stamps, random, every_state, every_batch):
                 setattr(state, f"{field}_variance", (std * value) ** 2)
                 setattr(state, f"{field}_valid", known and field != "inertia")
             state.deflection_reference, state.ln_stiffness_reference = 0.008, float(np.log(k1 * k2) + k2 * 0.008)
+            state.ln_stiffness_reference_valid = known
+            variances = [
+                std**2,
+                *(getattr(state, f"{one}_variance") for one in ("k2", "d1", "d2", "inertia")),
+                0.01,
+                0.01,
+            ]
+            state.coefficient_covariance = np.diag(variances).ravel()
             state.force_innovation = 0.017 * random.standard_normal()
             state.deflection_innovation = 1e-5 * random.standard_normal()
             state.normalised_innovation_squared = (state.force_innovation / 0.017) ** 2

@@ -22,7 +22,7 @@ from vsa_common.config.joints import joints
 from vsa_common.ros.arguments import check_arguments
 from vsa_common.ros.idle import Coalescer
 from vsa_common.ros.node import SuiteNode
-from vsa_common.ros.process import run
+from vsa_common.ros.process import ignore_signals, run
 from vsa_common.ros.subprocesses import end_with
 from vsa_driver.acquisition.channel import Measurement
 from vsa_driver.node import DriverNode
@@ -53,7 +53,7 @@ class DirectEstimator(EstimatorNode):
         name, transmission = f"estimator_{side + 1}", f"transmission_{side + 1}"
         super().__init__(name, namespace, transmission=transmission)
         if self.config.transmission != transmission:
-            raise ConfigurationError(f"{name}: transmission = {self.config.transmission!r}: must be {transmission}")
+            self.refuse_start(f"transmission = {self.config.transmission!r}: must be {transmission}")
         self._side = side
         self._joint = joint
         self._state_pending: Estimate | None = None  # the estimate whose state is to be published
@@ -175,7 +175,9 @@ def run_each(namespaces: Sequence[str]) -> int:
     for namespace in namespaces:
         own = [*command, "-r", f"__ns:=/{namespace}"]
         processes.append(subprocess.Popen(own, preexec_fn=partial(end_with, parent)))
-    return max(abs(process.wait()) for process in processes)
+    code = max(abs(process.wait()) for process in processes)
+    ignore_signals()
+    return code
 
 
 def main() -> int:

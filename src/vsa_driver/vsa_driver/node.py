@@ -10,25 +10,24 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from vsa_common.config.joints import joints
-from vsa_common.ros.diagnostics import CounterDelta, format_increases
-from vsa_common.ros.node import ERROR, OK, WARN, Health, SuiteNode
+from vsa_common.ros.node import SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_driver.acquisition.calibration import TareError
 from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
 from vsa_driver.acquisition.clock import CaptureClock
 from vsa_driver.acquisition.mapping import load_frames
 from vsa_driver.acquisition.router import Router
-from vsa_driver.can.bus import BusError, Frame
+from vsa_driver.can.bus import BusError, Frame, open_bus
 from vsa_driver.can.frames import FrameError
 from vsa_driver.can.link import BusLink
+from vsa_driver.health import DriverHealth, tasks
 from vsa_driver.motors.motor import CommandRefused, MotorGate, MotorLimits
-from vsa_driver.settings import DriverSettings
+from vsa_driver.settings import DriverSettings, MotorSettings
 from vsa_driver.topics import RigTopics, TransmissionTopics
 from vsa_driver.tuning import LOG_PERIOD_S, THREAD_SWITCH_S
 
 # The newest command only; best effort matches reliable publishers too.
 COMMANDS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-_NO_FAULT = (".samples", "unmapped_frames")  # counters whose increase is no fault
 
 
 class DriverNode(SuiteNode[DriverSettings]):
@@ -43,22 +42,26 @@ class DriverNode(SuiteNode[DriverSettings]):
         self.on_idle: Callable[[int], None] | None = None  # callback of `BusLink`; a subclass sets it before `start`
         self._single_threaded = single_threaded
 
+    def configure(self) -> None:
+        """Read the DBC file, check mapping and calibration, and open the bus once."""
+        Router(load_frames(self.config.dbc), self.config)
+        open_bus(self.config.bus).close()
+
     def start(self) -> None:
         config, motors = self.config, self.config.motors
         self._router = Router(load_frames(config.dbc), config)
         self._motors = list(motors.names)
-        limits = MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
-        self._gate = MotorGate(limits, len(self._motors))
+        self._gate = MotorGate(_limits(motors), len(self._motors))
         self._capture_clock = CaptureClock()
         self._last_seen_ns = dict.fromkeys(self._router.transmissions, 0)
         self._holding = False
         self._max_delay_ns = 0
-        self._fault_delta = CounterDelta()
         prefix = config.frame_prefix
         self._topics = {name: TransmissionTopics(self, name, prefix) for name in self._router.transmissions}
         self._rig = RigTopics(self, config.joint.name, self._motors, prefix)
         pause_s = self.common.realtime.rest
         self.link = BusLink(config.bus, self._on_frame, self._on_down, on_idle=self.on_idle, coalescing_s=pause_s)
+        self._health_monitor = DriverHealth(self._router, self.link, self._gate)
         try:
             self.link.open(self._single_threaded)
         except BusError:
@@ -69,55 +72,41 @@ class DriverNode(SuiteNode[DriverSettings]):
             self.create_service(SetBool, "~/arm", self._on_arm),
             self.create_service(Trigger, "~/tare", self._on_tare),
         ]
-        self._own_timers: list[Timer] = [
-            self.create_timer(1.0 / config.counters_rate, self._flush, clock=self.steady),
-            self.create_timer(1.0 / motors.command_rate, self._send_command, clock=self.steady),
-        ]
+        self._own_timers = self._create_timers(config)
         gc.freeze()  # objects that exist now are permanent; collecting them would delay samples
 
     def stop(self) -> None:
         self._gate.disarm("stopped")
         self.link.close()
         self._flush()
-        for timer in self._own_timers:
-            self.destroy_timer(timer)
+        self._destroy_timers()
         for service in self._own_services:
             self.destroy_service(service)
         self.destroy_subscription(self._commands)
         self._destroy_publishers()
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
-        counts = self._router.counts() | {"malformed": self.link.malformed, "commands_refused": self._gate.refused}
-        values: dict[str, object] = {
-            "bus": self.link.reason or "up",
-            "bus_failures": self.link.failures,
-            "bus_reopened": self.link.reopened,
-            "motors": self._gate.state,
-            "motors_reason": self._gate.reason,
-            "motors_rate_limited": self._gate.rate_limited,
-            "command_timeouts": self._gate.timeouts,
-            "device_watchdog": "holding" if self._holding else "fed",
-            "publish_delay_max_ms": round(self._max_delay_ns / 1e6, 2),
-            **{f"{name}.tare_n": channel.tare.offset for name, channel in self._router.transmissions.items()},
-            **counts,
-        }
-        self._max_delay_ns = 0
-        fault_counts = {name: count for name, count in counts.items() if not name.endswith(_NO_FAULT)}
-        faults = self._fault_delta.increases(fault_counts | {"bus_failures": self.link.failures}, time.monotonic())
-        if not self.link.up:
-            return ERROR, f"bus down: {self.link.reason or 'its thread has ended'}", values
-        timed_out = self._timed_out()
-        if timed_out:
-            failed = f"{self.link.last_reason}, then " if "bus_failures" in faults else ""
-            others = f"; {format_increases(faults)}" if faults else ""
-            values |= {f"readers {topic.topic_name}": topic.get_subscription_count() for topic in self.publishers}
-            return ERROR, f"{failed}no samples of {' and '.join(timed_out)}{others}", values
-        if faults:
-            self.get_logger().warning(format_increases(faults), throttle_duration_sec=LOG_PERIOD_S)
-            return WARN, format_increases(faults), values
-        return OK, "active", values
+    def reconfigure(self, config: DriverSettings) -> None:
+        self._gate.set_limits(_limits(config.motors))
+        self._router.set_limits(config)
+        self._destroy_timers()
+        self._own_timers = self._create_timers(config)
+
+    def health(self) -> Tasks:
+        max_delay_ns, self._max_delay_ns = self._max_delay_ns, 0
+        return self._health_monitor.assess(self._timed_out(), max_delay_ns, self._holding)
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return tasks(self.config.transmissions)
+
+    @property
+    def hardware_id(self) -> str:
+        return f"{self.config.bus.interface} {self.config.bus.channel}"
+
+    @property
+    def activity(self) -> str:
+        commands = f"motor commands at {self.config.motors.command_rate:g} Hz" if self._router.commands else "no motors"
+        return f"CAN bus {self.hardware_id}, {' and '.join(self.config.transmissions)}, {commands}"
 
     # In the thread that reads the bus.
 
@@ -141,8 +130,9 @@ class DriverNode(SuiteNode[DriverSettings]):
         self._topics[sample.transmission].publish(sample)
 
     def _on_down(self, reason: str) -> None:
-        self._gate.disarm("the bus failed")
-        self.get_logger().error(f"bus down: {reason}; motors disarmed", throttle_duration_sec=LOG_PERIOD_S)
+        if self._gate.armed:
+            self._gate.disarm("the bus failed")
+            self.get_logger().error(f"motors disarmed: {reason}", throttle_duration_sec=LOG_PERIOD_S)
 
     # In the executor's thread.
 
@@ -176,6 +166,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             else:
                 self._gate.arm(time.monotonic())
             response.success, response.message = True, self._gate.state
+            self.get_logger().info(f"motors {self._gate.state}")
         except CommandRefused as error:
             response.success, response.message = False, str(error)
         return response
@@ -189,6 +180,7 @@ class DriverNode(SuiteNode[DriverSettings]):
             channels = self._router.transmissions.items()
             response.message = ", ".join(f"{name} {channel.tare.take():+.4f} N" for name, channel in channels)
             response.success = True
+            self.get_logger().info(f"tare: {response.message}")
         except TareError as error:
             response.message = str(error)
         return response
@@ -201,9 +193,23 @@ class DriverNode(SuiteNode[DriverSettings]):
         oldest_ns = time.monotonic_ns() - int(self.config.silence * 1e9)
         return [name for name, seen_ns in self._last_seen_ns.items() if seen_ns < oldest_ns]
 
+    def _create_timers(self, config: DriverSettings) -> list[Timer]:
+        return [
+            self.create_timer(1.0 / config.counters_rate, self._flush, clock=self.steady),
+            self.create_timer(1.0 / config.motors.command_rate, self._send_command, clock=self.steady),
+        ]
+
+    def _destroy_timers(self) -> None:
+        for timer in self._own_timers:
+            self.destroy_timer(timer)
+
     def _destroy_publishers(self) -> None:
         for publisher in [*self._rig.publishers, *(p for topics in self._topics.values() for p in topics.publishers)]:
             self.destroy_publisher(publisher)
+
+
+def _limits(motors: MotorSettings) -> MotorLimits:
+    return MotorLimits(motors.position_min, motors.position_max, motors.speed_max, motors.command_timeout)
 
 
 def main() -> int:

@@ -26,7 +26,7 @@ class TransmissionSettings:
     force_offset: float = quantity(0.0, "N", -1e5, 1e5, "from `./vsa calibrate`")
     force_reversed: bool = flag(False, "the signal decreases with increasing tension")
     force_limit: float = quantity(
-        200.0, "N", 1e-3, 1e6, "full scale of the sensor; at and beyond it counted as saturated"
+        200.0, "N", 1e-3, 1e6, "full scale of the sensor; at and beyond it counted as saturated", tunable=True
     )
     encoder_scale: float = quantity(1e-5, "m per unit of the signal", 1e-12, 1e6, "travel of the rod a count")
     encoder_offset: float = quantity(0.0, "m", -10.0, 10.0, "deflection where the encoder reads zero")
@@ -80,11 +80,15 @@ class MotorSettings:
         "MotorCommand.RollingCounter", "message.signal to number commands; empty: none"
     )
     scale: float = quantity(1.0, "rad per unit of the signals", 1e-9, 1e6, "of positions and commands alike")
-    position_min: float = quantity(-3.0, "rad", -1e4, 1e4, "commands below are refused")
-    position_max: float = quantity(8.0, "rad", -1e4, 1e4, "commands above are refused")
-    speed_max: float = quantity(5.0, "rad/s", 1e-3, 1e4, "limit of the speed of the commands that are sent")
-    command_timeout: float = quantity(0.2, "s", 0.01, 10.0, "without a command for this time no frame is sent")
-    command_rate: float = quantity(100.0, "Hz", 1.0, 1000.0, "of command frames while armed")
+    position_min: float = quantity(-3.0, "rad", -1e4, 1e4, "commands below are refused", tunable=True)
+    position_max: float = quantity(8.0, "rad", -1e4, 1e4, "commands above are refused", tunable=True)
+    speed_max: float = quantity(
+        5.0, "rad/s", 1e-3, 1e4, "limit of the speed of the commands that are sent", tunable=True
+    )
+    command_timeout: float = quantity(
+        0.2, "s", 0.01, 10.0, "without a command for this time no frame is sent", tunable=True
+    )
+    command_rate: float = quantity(100.0, "Hz", 1.0, 1000.0, "of command frames while armed", tunable=True)
 
     def __post_init__(self) -> None:
         if self.position_min >= self.position_max:
@@ -111,9 +115,15 @@ class DriverSettings:
     transmission_2: SecondTransmissionSettings = group(SecondTransmissionSettings)
     joint: JointSettings = group(JointSettings)
     motors: MotorSettings = group(MotorSettings)
-    counters_rate: float = quantity(10.0, "Hz", 0.1, 100.0, "of capture_counters, the sequence numbers of the samples")
-    silence: float = quantity(0.1, "s", 0.005, 60.0, "without a sample for this time a transmission has timed out")
-    tare_spread: float = quantity(0.1, "N", 1e-4, 100.0, "standard deviation of the force above which tare is refused")
+    counters_rate: float = quantity(
+        10.0, "Hz", 0.1, 100.0, "of capture_counters, the sequence numbers of the samples", tunable=True
+    )
+    silence: float = quantity(
+        0.1, "s", 0.005, 60.0, "without a sample for this time a transmission has timed out", tunable=True
+    )
+    tare_spread: float = quantity(
+        0.1, "N", 1e-4, 100.0, "standard deviation of the force above which tare is refused", tunable=True
+    )
 
     def __post_init__(self) -> None:
         if not self.joint.name:

@@ -1,4 +1,4 @@
 """Stiffness, damping and inertia of one transmission. Input: force and deflection. Output: estimates, state.
 
-Permitted imports: vsa_common, vsa_msgs, rclpy, sensor_msgs, geometry_msgs, std_srvs, numpy
+Permitted imports: vsa_common, vsa_msgs, rclpy, sensor_msgs, geometry_msgs, numpy
 """

@@ -10,6 +10,7 @@ import numpy as np
 from vsa_common.types import Array, Integers, ResetReason, Status
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.filter.records import Record
+from vsa_estimator.initialization.previous_run import coefficients_of, start_from
 from vsa_estimator.law_choice import with_bank
 from vsa_estimator.modes import Mode
 from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
@@ -22,7 +23,7 @@ from vsa_estimator.output.predictor import (
     predict,
     process_sample,
     process_samples,
-)
+)  # fmt: skip
 from vsa_estimator.output.records import SNAPSHOT
 from vsa_estimator.output.state import Diagnostics, state_of
 from vsa_estimator.precompile import precompile
@@ -51,8 +52,7 @@ class Estimator:
         self._pipeline = Pipeline(config)
         self._latch = FaultLatch()
         self._supervisor = Supervisor(config, self._pipeline, self._latch)
-        self._dropped = 0
-        self._fused = 0
+        self._dropped = self._fused = 0
         self._estimate: Estimate | None
         self._pending: list[Decimated] | None  # finished blocks without their filter step
         self._snapshot: Record
@@ -139,6 +139,16 @@ class Estimator:
         self._begin()
         self._supervisor.counters.count_reset(reason)
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Apply the tunable parameters of another configuration; the estimate stays. Raises ConfigurationError."""
+        coefficients_of(config.initial)  # of the next reset
+        self._finish_all_pending()
+        self.config = config
+        self._pipeline.reconfigure(config)
+        self._supervisor.reconfigure(config)
+        if self._estimate is not None:
+            self._publish_snapshot()
+
     def state(self) -> State:
         """State after the last sample, with all deferred work done."""
         self._finish_all_pending()
@@ -162,11 +172,11 @@ class Estimator:
         return with_bank(state, supervisor.laws) if supervisor.laws.publishes_bank else state
 
     def _begin(self) -> None:
+        self._previous = coefficients_of(self.config.initial)
         self._pipeline.reset()
         self._supervisor.reset()
         self._estimate = self._pending = None
-        self._stamp_ns = self._instant_ns = 0
-        self._force = 0.0
+        self._stamp_ns, self._instant_ns, self._force = 0, 0, 0.0
         self._snapshot = np.zeros(1, SNAPSHOT)
 
     def _finish_all_pending(self) -> None:
@@ -187,6 +197,7 @@ class Estimator:
         supervisor.set_encoder_fault(flags & _ENCODER_FAULT > 0)
         if supervisor.modes.mode is Mode.WAITING:
             supervisor.start(instant_ns, force, deflection)
+            start_from(self._previous, supervisor.tracker, supervisor.modes, supervisor.consistency)
         if flags:
             self._handle_flags(flags, stamp_ns, instant_ns)
         blocks, decimating = self._pipeline.finished(finished), self._pipeline.is_decimating

@@ -44,6 +44,11 @@ class FilterParts:
         self._force = 0.0  # the newest one [N]
         self._epoch_ns = self._moved_ns = self._refreshed_ns = 0
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Apply the noise levels of another configuration; state and mode stay."""
+        self._config = config
+        self.noise.reconfigure(config)
+
     def start(self, instant_ns: int, force: float, deflection: float) -> None:
         """Begin with the first sample ([ns], [N], [m])."""
         self.modes.handle(Event.FIRST_SAMPLE)

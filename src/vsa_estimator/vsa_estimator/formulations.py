@@ -31,6 +31,10 @@ class TransmissionEstimator(Protocol):
         """Estimate at an instant [ns] without a sample; None before the first sample."""
         ...
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Apply the tunable parameters of another configuration; the estimate stays."""
+        ...
+
     def reset(self, reason: ResetReason = ResetReason.REQUESTED) -> None:
         """Drop all state but configuration and counters."""
         ...

@@ -8,32 +8,24 @@ from rclpy.clock import ROSClock
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Trigger
 from vsa_common.ros.cdr import read_position, read_wrench
-from vsa_common.ros.diagnostics import CounterDelta, format_increases
-from vsa_common.ros.node import BEST_EFFORT, ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
+from vsa_common.ros.node import BEST_EFFORT, RELIABLE, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.types import ResetReason, Status
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.offline.flight_recorder import FlightRecorder
-from vsa_estimator.output.estimate import Estimate
+from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.output.messages import ImpedanceWriter, StateWriter
 from vsa_estimator.preprocessing.pairing import Pairing
+from vsa_estimator.ros.health import ESTIMATION, NO_SAMPLES, EstimatorHealth
+from vsa_estimator.ros.services import EstimatorServices
+from vsa_estimator.ros.silence import FIRST_STEP, PREDICTION_STEP_NS, WATCHDOG_PERIOD, Watchdog, prediction_stamps
+from vsa_estimator.ros.stamps import StampCheck
 from vsa_estimator.settings import NodeConfig
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
 
-WATCHDOG_PERIOD = 0.005  # of the check for silence [s]
-STARVED_NS = 20_000_000  # a check later than this was starved: queued samples come first for as long [ns]
-MAX_DEFERRAL_NS = 200_000_000  # silence after which predictions are not deferred [ns]
-PREDICTION_STEP_NS = 10_000_000  # interval of predicted estimates in silence [ns]
-FIRST_STEP = 5  # first predicted estimate after a silence of so many steps: 50 ms, the limit of STALE
-MAX_STEPS = 10  # predicted estimates in one call
-CLOCK_CACHE_NS = 5_000_000  # age of a reading of the ROS clock that is used again: a reading costs 10 us [ns]
-NO_SAMPLES = "no samples"  # reason of STALE
-
-_COUNTERS = ("samples_fused", "samples_dropped", "force_rejected", "deflection_rejected", "force_repeated")
-_LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
+LOG_PERIOD_S = 1.0  # [s] at least between two lines on resets
 
 
 class EstimatorNode(SuiteNode[NodeConfig]):
@@ -43,31 +35,33 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         super().__init__(name, NodeConfig, namespace, **defaults)
         self.stamp_ns = self.arrival_ns = 0  # of the last sample; arrival on the steady clock
 
+    def configure(self) -> None:
+        """Compile the estimator, and create the folder of the flight recorder."""
+        create_estimator(self.config)
+        _recorder(self.config)
+
     def start(self) -> None:
         config = self.config
         name = config.transmission
         self._estimator = create_estimator(config)
-        recorder = config.flight_recorder
-        self._recorder = FlightRecorder(recorder, name) if recorder.folder else None
-        self._pairing = Pairing(int(config.pairing_tolerance * 1e9), int(config.reorder_window * 1e9))
+        self._recorder = _recorder(config)
+        self._pairing = Pairing(_ns(config.pairing_tolerance), _ns(config.reorder_window))
         self._writer = ImpedanceWriter(config.frame_prefix + name)
         self._state_writer = StateWriter(config.frame_prefix + name)
         self._status = Status.INITIALIZING
         self._reset_count = 0
-        self._future_ns = int(config.future_tolerance * 1e9)
         self._state_period_ns = int(1e9 / config.state_rate)
-        self._refused = {f"{name}/force": 0, f"{name}/encoder": 0}
         self.stamp_ns = self.arrival_ns = 0
-        self._published_ns = self._state_ns = self._checked_ns = self._deferred_until_ns = 0
+        self._published_ns = self._state_ns = 0
+        self._watchdog = Watchdog()
         self._overtaken = 0  # estimates with stamps before that of a published prediction
-        self._checked_stamp_ns = -1
-        self._clock_read_ns = self._future_from_ns = 0
-        self._increases = CounterDelta()
+        self._health_monitor = EstimatorHealth()
         self._ros_clock = cast("ROSClock", self.get_clock())
+        self._stamp_check = StampCheck(self._ros_clock, name, _ns(config.future_tolerance))
         self._impedances = ThrottledPublisher(self, TransmissionImpedance, f"{name}/impedance")
         self._states = self.create_publisher(EstimatorState, f"{name}/estimator_state", RELIABLE)
         self._inputs = self.create_inputs()
-        self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
+        self._estimator_services = EstimatorServices(self, self.state, self.reset)
         self._watchdogs = self.create_watchdogs()
 
     def create_inputs(self) -> list[Subscription]:
@@ -83,10 +77,20 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         """Timers that check for silence; overridden where `predict_silence` is called directly."""
         return [self.create_timer(WATCHDOG_PERIOD, self._on_watchdog, clock=self.steady)]
 
+    def reconfigure(self, config: NodeConfig) -> None:
+        if config.flight_recorder != self.config.flight_recorder:
+            recorder, self._recorder = self._recorder, _recorder(config, self._reset_count)
+            if recorder is not None:
+                recorder.close()
+        self._estimator.reconfigure(config)
+        self._pairing.set_windows(_ns(config.pairing_tolerance), _ns(config.reorder_window))
+        self._stamp_check.set_tolerance(_ns(config.future_tolerance))
+        self._state_period_ns = int(1e9 / config.state_rate)
+
     def stop(self) -> None:
         for timer in self._watchdogs:
             self.destroy_timer(timer)
-        self.destroy_service(self._reset)
+        self._estimator_services.close()
         for subscription in self._inputs:
             self.destroy_subscription(subscription)
         for publisher in (*self._impedances.publishers, self._states):
@@ -94,31 +98,28 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         if self._recorder is not None:
             self._recorder.close()
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
-        state = self._estimator.state()
-        status = self._status
-        values: dict[str, object] = {"status": status.name} | {name: getattr(state, name) for name in _COUNTERS}
-        values |= {"unpaired": self._pairing.dropped, "estimates_overtaken": self._overtaken}
-        values |= {"resets": state.reset_count, "last_reset": ResetReason(state.reset_reason).name}
-        refused = {f"refused_stamps {topic}": count for topic, count in self._refused.items()}
-        values |= refused
-        texts = [state.reason] if state.reason else []
+    def health(self) -> Tasks:
+        counts = {"unpaired": self._pairing.dropped, "estimates_overtaken": self._overtaken}
         if self._recorder is not None:
-            values["flight_recordings"] = self._recorder.files
-            texts += [self._recorder.failed] if self._recorder.failed else []
-        lost = {name: getattr(state, name) for name in _COUNTERS[1:4]}
-        lost |= {"unpaired": self._pairing.dropped, "resets": state.reset_count}
-        increases = self._increases.increases(lost | refused, time.monotonic())
-        wrong = [topic for topic in self._refused if f"refused_stamps {topic}" in increases]
-        if wrong:
-            return WARN, f"stamps of {' and '.join(wrong)} are zero or in the future", values
-        if status is Status.STALE:
-            return STALE, NO_SAMPLES, values
-        texts += [format_increases(increases)] if increases else []
-        level = WARN if increases and status is Status.VALID else _LEVEL.get(status, WARN)
-        return level, "; ".join(texts) or "active", values
+            counts["flight_recordings"] = self._recorder.files
+        state = self._estimator.state()
+        level, text, values = self._health_monitor.assess(state, self._status, self._stamp_check.counts, counts)
+        if self._recorder is not None and self._recorder.failed:
+            level, text = max(level, WARN), f"{text}; {self._recorder.failed}"
+        return {ESTIMATION: (level, text, values)}
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return (ESTIMATION,)
+
+    @property
+    def hardware_id(self) -> str:
+        return self.config.transmission
+
+    @property
+    def activity(self) -> str:
+        config = self.config
+        return f"{config.transmission}, formulation {config.formulation}, filter at {config.filter_rate:g} Hz"
 
     def _on_force(self, data: bytes) -> None:
         stamp_ns, force = read_wrench(data)
@@ -136,19 +137,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def refuse(self, stamp_ns: int, sensor: str) -> bool:
         """Count a stamp that is zero or in the future; whether it is one."""
-        if stamp_ns == self._checked_stamp_ns or 0 < stamp_ns <= self._latest_ns(stamp_ns):
-            self._checked_stamp_ns = stamp_ns
-            return False
-        self._refused[f"{self.config.transmission}/{sensor}"] += 1
-        return True
-
-    def _latest_ns(self, stamp_ns: int) -> int:
-        """Latest acceptable stamp [ns], by a reading of the ROS clock that is at most CLOCK_CACHE_NS old."""
-        steady_ns = time.monotonic_ns()
-        if steady_ns - self._clock_read_ns > CLOCK_CACHE_NS or stamp_ns > self._future_from_ns:
-            self._clock_read_ns = steady_ns
-            self._future_from_ns = self._ros_clock.now().nanoseconds + self._future_ns
-        return self._future_from_ns
+        return self._stamp_check.refuse(stamp_ns, sensor)
 
     def process(self, stamp_ns: int, force: float, deflection: float) -> None:
         """Estimate from one sample of force [N] and deflection [m], and publish; nothing while inactive."""
@@ -192,6 +181,10 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._published_ns = estimate.stamp_ns
         if self._recorder is not None:
             self._recorder.watch(estimate)
+        if estimate.reset_count != self._reset_count:
+            reason = ResetReason(estimate.reset_reason).name
+            line = f"reset: {reason}, {estimate.reset_count} so far"
+            self.get_logger().info(line, throttle_duration_sec=LOG_PERIOD_S)
         changed = estimate.status is not self._status
         self._status, self._reset_count = estimate.status, estimate.reset_count
         self.on_estimate(estimate)
@@ -201,21 +194,16 @@ class EstimatorNode(SuiteNode[NodeConfig]):
 
     def publish_state(self, estimate: Estimate) -> None:
         """Publish the present state at the stamp of the last `estimate`."""
-        with self.lock:
-            state = self._estimator.state()
+        state = self.state()
         reason = NO_SAMPLES if estimate.status is Status.STALE else state.reason
-        dropped = state.samples_dropped + self._pairing.dropped + sum(self._refused.values())
+        dropped = state.samples_dropped + self._pairing.dropped + sum(self._stamp_check.counts.values())
         state = state._replace(status=estimate.status, samples_dropped=dropped, reason=reason)
         self._states.publish(self._state_writer.write(estimate.stamp_ns, state))
 
     def _on_watchdog(self) -> None:
-        """Predict in silence; after a starved moment queued samples come first."""
         now_ns = time.monotonic_ns()
-        if now_ns - self._checked_ns > STARVED_NS:
-            self._deferred_until_ns = now_ns + STARVED_NS
-        self._checked_ns = now_ns
         silence_ns = now_ns - self.arrival_ns
-        if now_ns >= self._deferred_until_ns or silence_ns > MAX_DEFERRAL_NS:
+        if self._watchdog.may_predict(now_ns, silence_ns):
             self.predict_silence(silence_ns)
 
     def predict_silence(self, silence_ns: int) -> None:
@@ -225,10 +213,9 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         with self.lock:
             if not self.active:
                 return
-            first = max(FIRST_STEP, (self._published_ns - self.stamp_ns) // PREDICTION_STEP_NS + 1)
-            last = min(self._silence_on_ros_clock(silence_ns) // PREDICTION_STEP_NS, first + MAX_STEPS - 1)
-            for step in range(first, last + 1):
-                estimate = self._estimator.predict_to(self.stamp_ns + step * PREDICTION_STEP_NS)
+            silence_ns = self._silence_on_ros_clock(silence_ns)
+            for stamp_ns in prediction_stamps(self.stamp_ns, self._published_ns, silence_ns):
+                estimate = self._estimator.predict_to(stamp_ns)
                 if estimate is not None:
                     self._publish(estimate)
 
@@ -238,11 +225,24 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             return silence_ns
         return min(silence_ns, self._ros_clock.now().nanoseconds - self.stamp_ns)
 
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def state(self) -> State:
+        """The state of the estimator."""
+        with self.lock:
+            return self._estimator.state()
+
+    def reset(self) -> None:
+        """Discard the estimate and start again from the initial coefficients."""
         with self.lock:
             self._estimator.reset(ResetReason.REQUESTED)
-        response.success = True
-        return response
+
+
+def _ns(seconds: float) -> int:
+    return int(seconds * 1e9)
+
+
+def _recorder(config: NodeConfig, reset_count: int = 0) -> FlightRecorder | None:
+    recorder = config.flight_recorder
+    return FlightRecorder(recorder, config.transmission, reset_count) if recorder.folder else None
 
 
 def main() -> int:

@@ -6,8 +6,9 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.serialization import deserialize_message
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
-from vsa_common.ros.node import ERROR, OK, RELIABLE, STEADY, WARN, Health, SuiteNode
+from vsa_common.ros.node import ERROR, OK, RELIABLE, STEADY, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.stamps import StampMessage, nanoseconds
 from vsa_joint.control.clock_offset import ClockOffset
@@ -18,6 +19,7 @@ from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.settings import ControlConfig
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand
 
+CONTROL = "control"  # task of the diagnostics
 STATUS_MAX = 5  # highest status of JointImpedance
 _LEVEL = {Mode.IDLE: OK, Mode.ACTIVE: OK, Mode.HOLDING: ERROR}
 
@@ -53,7 +55,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         self._inputs_subscribed.append(
             self.create_subscription(StiffnessCommand, "stiffness_command", self._on_command, RELIABLE)
         )
-        self._timer = self.create_timer(1.0 / self.config.rate, self._on_timer, clock=STEADY)
+        self._timer = self._create_timer(self.config)
 
     def stop(self) -> None:
         self.destroy_timer(self._timer)
@@ -62,21 +64,40 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
         self.destroy_publisher(self._commands)
         self.destroy_publisher(self._status)
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
+    def reconfigure(self, config: ControlConfig) -> None:
+        self._supervisor.reconfigure(config)
+        self.destroy_timer(self._timer)
+        self._timer = self._create_timer(config)
+
+    def _create_timer(self, config: ControlConfig) -> Timer:
+        return self.create_timer(1.0 / config.rate, self._on_timer, clock=STEADY)
+
+    def health(self) -> Tasks:
         supervisor = self._supervisor
         values: dict[str, object] = {"mode": supervisor.mode.name.lower(), "refused": supervisor.refused}
         if supervisor.target is not None:
             values["stiffness"], values["equilibrium"] = supervisor.target.stiffness, supervisor.target.equilibrium
         feasibility = supervisor.feasibility
+        if feasibility is not None:
+            values["command_accepted"], values["command_reason"] = feasibility.accepted, feasibility.text
         if feasibility is not None and feasibility.reachable is not None:
             reachable = feasibility.reachable
             values["reachable"] = f"{reachable.stiffness_min:.3g} to {reachable.stiffness_max:.3g} N m/rad"
             values["predicted_error"] = f"{feasibility.predicted_error:.3g}"
         values["exciting"] = supervisor.control.exciting
-        level = _LEVEL[supervisor.mode]
-        return WARN if level == OK and supervisor.reason else level, supervisor.reason or "active", values
+        level, text = _LEVEL[supervisor.mode], supervisor.reason or supervisor.mode.name.lower()
+        if feasibility is not None and feasibility.text:  # the last command was refused, or accepted with a warning
+            refusal = feasibility.text if feasibility.accepted else f"command refused: {feasibility.text}"
+            level, text = max(level, WARN), refusal if level == OK else f"{text}; {refusal}"
+        return {CONTROL: (level, text, values)}
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return (CONTROL,)
+
+    @property
+    def activity(self) -> str:
+        return f"motor commands at {self.config.rate:g} Hz after the first stiffness_command"
 
     def _on_raw(self, name: str, data: bytes) -> None:
         self._pending[name] = (data, time.monotonic_ns())
@@ -107,11 +128,9 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
             self._commands.publish(self._message)
         mode, reason = supervisor.mode, supervisor.reason
         if (mode, reason) != self._published_mode:
-            changed = self._published_mode is None or self._published_mode[0] is not mode
             self._published_mode = (mode, reason)
             self._publish_status(_LEVEL[mode], reason or mode.name.lower())
-            if changed and mode is Mode.HOLDING:
-                self.get_logger().error(f"motors held: {reason}", throttle_duration_sec=1.0)
+            self.publish_health()
 
     def _decode_pending(self) -> None:
         """Decode the newest message of each topic since the previous call."""

@@ -9,10 +9,11 @@ from typing import Any
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from vsa_common.ros.cdr import Reader, Writer
-from vsa_common.ros.node import ERROR, OK, RELIABLE, STALE, WARN, Health, SuiteNode
+from vsa_common.ros.node import ERROR, OK, RELIABLE, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.stamps import NANOSECONDS
@@ -24,12 +25,14 @@ from vsa_joint.impedance.fusion import JointEstimate, JointFusion
 from vsa_joint.impedance.pairing import TransmissionEstimate
 from vsa_joint.impedance.propagation import ImpedanceEstimate
 from vsa_joint.impedance.tension import unloaded_force
-from vsa_joint.settings import CONSISTENT, JointConfig
+from vsa_joint.settings import CONSISTENT, PAPER, JointConfig
 from vsa_joint.tuning import RANGE_PERIOD_NS
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
+IMPEDANCE = "impedance"  # task of the diagnostics
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
-_LEVEL = {Status.VALID: OK, Status.STALE: STALE, Status.FAULT: ERROR}
+_REFLECTION = {CONSISTENT: JointImpedance.REFLECTION_CONSISTENT, PAPER: JointImpedance.REFLECTION_PAPER}
+_LEVEL = {Status.VALID: OK, Status.STALE: ERROR, Status.FAULT: ERROR}
 
 
 class JointNode(SuiteNode[JointConfig]):
@@ -41,7 +44,7 @@ class JointNode(SuiteNode[JointConfig]):
     def start(self) -> None:
         self._fusion = JointFusion(self.config)
         self._joint = self.config.joint
-        self._reflection = JointImpedance.CONSISTENT if self.config.reflection == CONSISTENT else JointImpedance.PAPER
+        self._reflection = _REFLECTION[self.config.reflection]
         self._range = (0.0, 0.0, False)  # reachable stiffness [N m/rad]: least, greatest, validity
         self._reader = Reader(TransmissionImpedance.get_fields_and_field_types())
         self._header = Header(frame_id=self.config.frame_prefix + self.config.joint_name)
@@ -63,7 +66,7 @@ class JointNode(SuiteNode[JointConfig]):
             for index in (0, 1)
         ]
         self._inputs.append(self.create_subscription(JointState, "motor_states", self._on_motors, NEWEST, raw=True))
-        self._timeout_timer = self.create_timer(self.config.status_period, self._on_timeout_check, clock=self.steady)
+        self._timeout_timer = self._create_timer(self.config)
 
     def listen(self) -> list[Subscription]:
         """Subscribe to both transmissions; a subclass that calls `take` directly overrides this."""
@@ -85,9 +88,16 @@ class JointNode(SuiteNode[JointConfig]):
         for publisher in self._impedances.publishers:
             self.destroy_publisher(publisher)
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
+    def reconfigure(self, config: JointConfig) -> None:
+        self._fusion.reconfigure(config)
+        self._motor_map = MotorMap(config)
+        self.destroy_timer(self._timeout_timer)
+        self._timeout_timer = self._create_timer(config)
+
+    def _create_timer(self, config: JointConfig) -> Timer:
+        return self.create_timer(config.status_period, self._on_timeout_check, clock=self.steady)
+
+    def health(self) -> Tasks:
         last, counts = self._fusion.newest, self._fusion.counts
         values: dict[str, object] = {
             "status": Status(last.status).name,
@@ -97,14 +107,21 @@ class JointNode(SuiteNode[JointConfig]):
             "resets": last.reset_count,
             "valid_frequency_hz": f"{last.valid_frequency:.3g}",
         }
-        level, message = _LEVEL.get(Status(last.status), WARN), last.reason or "active"
-        if level == OK and last.maxwell_exceeds_mass:
-            level = WARN
-            message = (
-                f"Maxwell term of damper and tendon exceeds the mass term: inertia valid only below "
+        text = last.reason or "active"
+        if last.maxwell_exceeds_mass and not last.reason:  # a property of the rig, no fault
+            text = (
+                f"active; the Maxwell term of damper and tendon exceeds the mass term: inertia valid only below "
                 f"{last.valid_frequency:.2g} Hz, use the frequency response above"
             )
-        return level, message, values
+        return {IMPEDANCE: (_LEVEL.get(Status(last.status), WARN), text, values)}
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return (IMPEDANCE,)
+
+    @property
+    def activity(self) -> str:
+        return f"transmission_1 and transmission_2, reflection {self.config.reflection}"
 
     def take(self, index: int, sample: TransmissionEstimate) -> None:
         """Add an estimate of transmission `index` (0, 1); publish if it completes a pair. No effect while inactive."""

@@ -18,9 +18,11 @@ def per_transmission(default: float, unit: str, low: float, high: float, text: s
 class Limits:
     """Limits of tendons and transmissions for the reachable stiffness and the controller."""
 
-    slack_margin: float = quantity(3.0, "N", 0.0, 1e3, "least force above F0, so that no tendon is slack")
-    force_max: float = quantity(190.0, "N", 1.0, 1e5, "greatest force of a transmission, twice the tendon tension")
-    deflection_max: float = quantity(0.02, "m", 1e-4, 1.0, "greatest deflection of a transmission")
+    slack_margin: float = quantity(3.0, "N", 0.0, 1e3, "least force above F0, so that no tendon is slack", tunable=True)
+    force_max: float = quantity(
+        190.0, "N", 1.0, 1e5, "greatest force of a transmission, twice the tendon tension", tunable=True
+    )
+    deflection_max: float = quantity(0.02, "m", 1e-4, 1.0, "greatest deflection of a transmission", tunable=True)
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,8 @@ class Motors:
     """Travel of the motors."""
 
     motor_pulley_radius: float = quantity(0.010, "m", 1e-4, 1.0, "tendon travel per radian of a motor")
-    motor_min: float = quantity(-3.0, "rad", -1e4, 1e4, "least motor position")
-    motor_max: float = quantity(8.0, "rad", -1e4, 1e4, "greatest motor position")
+    motor_min: float = quantity(-3.0, "rad", -1e4, 1e4, "least motor position", tunable=True)
+    motor_max: float = quantity(8.0, "rad", -1e4, 1e4, "greatest motor position", tunable=True)
 
 
 @dataclass(frozen=True)
@@ -79,49 +81,63 @@ class JointConfig(Geometry, Limits, Motors):
         (CONSISTENT, PAPER),
         "reflection of damping and inertia to the joint: by virtual work, or as printed",
     )
-    max_skew: float = quantity(0.02, "s", 1e-6, 10.0, "greatest difference between the stamps of a pair")
+    max_skew: float = quantity(0.02, "s", 1e-6, 10.0, "greatest difference between the stamps of a pair", tunable=True)
     stale_timeout: float = quantity(
-        0.05, "s", 1e-3, 60.0, "time without a pair after which the joint is STALE; at least 5 periods"
+        0.05, "s", 1e-3, 60.0, "time without a pair after which the joint is STALE; at least 5 periods", tunable=True
     )
-    status_period: float = quantity(0.02, "s", 1e-3, 1.0, "period of the timeout check")
+    status_period: float = quantity(0.02, "s", 1e-3, 1.0, "period of the timeout check", tunable=True)
 
 
 @dataclass(frozen=True)
 class ControlConfig(Geometry, Limits, Motors):
     """Parameters of the stiffness controller."""
 
-    rate: float = quantity(100.0, "Hz", 10.0, 1000.0, "rate of motor commands")
-    rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of the equilibrium set-point filter")
+    rate: float = quantity(100.0, "Hz", 10.0, 1000.0, "rate of motor commands", tunable=True)
+    rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of the equilibrium set-point filter", tunable=True)
     smoothing_time: float = quantity(
-        0.055, "s", 1e-3, 10.0, "time constant of the stiffness set-point filter for a step by a factor 2"
+        0.055, "s", 1e-3, 10.0, "time constant of the stiffness set-point filter for a step by a factor 2", tunable=True
     )
-    stiffness_gain: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness")
-    equilibrium_gain: float = quantity(0.5, "", 0.0, 5.0, "proportional gain on the unloaded equilibrium")
-    equilibrium_integral: float = quantity(2.0, "1/s", 0.0, 20.0, "integral gain on the unloaded equilibrium")
-    dead_band: float = quantity(0.003, "rad", 0.0, 0.1, "dead band of the error of the equilibrium")
-    correction_max: float = quantity(0.3, "rad", 0.0, 3.0, "limit of the correction of the equilibrium")
-    load_time: float = quantity(1.0, "s", 0.01, 60.0, "time constant of the filter of the external torque")
+    stiffness_gain: float = quantity(
+        2.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness", tunable=True
+    )
+    equilibrium_gain: float = quantity(0.5, "", 0.0, 5.0, "proportional gain on the unloaded equilibrium", tunable=True)
+    equilibrium_integral: float = quantity(
+        2.0, "1/s", 0.0, 20.0, "integral gain on the unloaded equilibrium", tunable=True
+    )
+    dead_band: float = quantity(0.003, "rad", 0.0, 0.1, "dead band of the error of the equilibrium", tunable=True)
+    correction_max: float = quantity(0.3, "rad", 0.0, 3.0, "limit of the correction of the equilibrium", tunable=True)
+    load_time: float = quantity(
+        1.0, "s", 0.01, 60.0, "time constant of the filter of the external torque", tunable=True
+    )
     error_warn: float = quantity(
         0.05,
         "",
         0.0,
         10.0,
         "predicted relative error of the stiffness above which a command is accepted with a warning",
+        tunable=True,
     )
     error_max: float = quantity(
-        0.3, "", 0.0, 10.0, "predicted relative error of the stiffness above which a command is refused"
+        0.3, "", 0.0, 10.0, "predicted relative error of the stiffness above which a command is refused", tunable=True
     )
-    input_timeout: float = quantity(0.07, "s", 0.01, 10.0, "age of the joint estimate at which the motors hold")
+    input_timeout: float = quantity(
+        0.07, "s", 0.01, 10.0, "age of the joint estimate at which the motors hold", tunable=True
+    )
     frozen_timeout: float = quantity(
-        0.5, "s", 0.0, 60.0, "time after which a bit-identical force is a frozen sensor; 0: never"
+        0.5, "s", 0.0, 60.0, "time after which a bit-identical force is a frozen sensor; 0: never", tunable=True
     )
     command_timeout: float = quantity(
-        0.5, "s", 0.01, 60.0, "time without stiffness_command after which the motors hold"
+        0.5, "s", 0.01, 60.0, "time without stiffness_command after which the motors hold", tunable=True
     )
     dither_amplitude: float = quantity(
-        0.0, "m", 0.0, 0.005, "greatest amplitude of the self-excitation of a transmission; 0: none"
+        0.0, "m", 0.0, 0.005, "greatest amplitude of the self-excitation of a transmission; 0: none", tunable=True
     )
-    dither_frequency: float = quantity(0.2, "Hz", 0.01, 10.0, "frequency of the self-excitation")
+    dither_frequency: float = quantity(0.2, "Hz", 0.01, 10.0, "frequency of the self-excitation", tunable=True)
     dither_error: float = quantity(
-        0.02, "", 1e-4, 10.0, "predicted relative error of the stiffness above which self-excitation is active"
+        0.02,
+        "",
+        1e-4,
+        10.0,
+        "predicted relative error of the stiffness above which self-excitation is active",
+        tunable=True,
     )

@@ -9,7 +9,8 @@ from pathlib import Path
 import yaml
 from std_srvs.srv import Trigger
 from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, string
-from vsa_common.ros.node import OK, STEADY, WARN, Health, SuiteNode
+from vsa_common.ros.diagnostics import CounterDelta
+from vsa_common.ros.node import OK, STEADY, WARN, Health, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_driver.acquisition.mapping import load_frames
 from vsa_driver.can.bus import BusConfig, open_bus
@@ -21,6 +22,9 @@ from vsa_simulator.ground_truth import TruthFile
 from vsa_simulator.loop import RigLoop
 from vsa_simulator.rig.config import RigConfig
 from vsa_simulator.rig.rig import Rig
+
+SIMULATION = "simulation"  # task of the diagnostics
+MAX_LATE_SHARE = 0.05  # of the samples of the last second; single late ones are usual without real-time priority
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,15 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
     def __init__(self) -> None:
         super().__init__("rig_simulator", SimulatorConfig)
 
+    def configure(self) -> None:
+        """Read the DBC file and the scenario, and open the bus once."""
+        _frames(self.config.dbc)
+        _events(self.config.scenario)
+        open_bus(self.config.bus).close()
+
     def start(self) -> None:
         config = self.config
-        try:
-            frames = RigFrames(load_frames(config.dbc))
-        except FrameError as error:
-            raise ConfigurationError(f"dbc = {config.dbc!r}: {error}") from error
+        frames = _frames(config.dbc)
         events = _events(config.scenario)
         begin = time.monotonic()
         Rig(config).advance(1)  # compiles, or loads the compiled code
@@ -63,7 +70,7 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
         self._loop = RigLoop(Rig(config), bus, frames, config.slow_frames_every, samples, truth, events, self._on_event)
         self._loop.open()
         self._completion_logged = False
-        self._reported_overruns = self._reported_failures = 0
+        self._delta = CounterDelta()
         self._own_services = [
             self.create_service(Trigger, "~/start", self._on_start),
             self.create_service(Trigger, "~/stop", self._on_stop),
@@ -80,9 +87,22 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
         for service in self._own_services:
             self.destroy_service(service)
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
+    def health(self) -> Tasks:
+        return {SIMULATION: self._simulation()}
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return (SIMULATION,)
+
+    @property
+    def hardware_id(self) -> str:
+        return "simulated rig"
+
+    @property
+    def activity(self) -> str:
+        return f"CAN bus {self.config.bus.interface} {self.config.bus.channel}, {self.config.rate_hz} Hz"
+
+    def _simulation(self) -> Health:
         loop = self._loop
         state = "done" if loop.done else "running" if loop.running else "clock stopped"
         values: dict[str, object] = {
@@ -94,13 +114,13 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
             "motors": "holding" if loop.holding else "moving",
             "failures": ", ".join(map(str, loop.faults.active)) or "none",
         }
-        late, failed = loop.overruns - self._reported_overruns, loop.send_failures - self._reported_failures
-        self._reported_overruns, self._reported_failures = loop.overruns, loop.send_failures
-        if failed:
-            return WARN, f"{failed} frames not sent in the last second: {loop.reason}", values
+        increases = self._delta.increases({"late": loop.overruns, "failed": loop.send_failures}, time.monotonic())
+        if "failed" in increases:
+            return WARN, f"{increases['failed']} frames not sent in the last second: {loop.reason}", values
         if loop.faults.active:
             return WARN, f"failures injected: {values['failures']}", values
-        if late:
+        late = increases.get("late", 0)
+        if late > MAX_LATE_SHARE * self.config.rate_hz:
             return WARN, f"{late} samples late in the last second", values
         return OK, state, values
 
@@ -133,6 +153,13 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
             self._completion_logged = True
             late, failed = self._loop.overruns, self._loop.send_failures
             self.get_logger().info(f"done: {self._loop.sent} samples, {late} late, {failed} frames not sent")
+
+
+def _frames(dbc: str) -> RigFrames:
+    try:
+        return RigFrames(load_frames(dbc))
+    except FrameError as error:
+        raise ConfigurationError(f"dbc = {dbc!r}: {error}") from error
 
 
 def _events(path: str) -> tuple[Event, ...]:

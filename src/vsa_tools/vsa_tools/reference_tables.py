@@ -21,7 +21,7 @@ NODES = {
     "recorder": "vsa_tools.record.command.RecorderConfig",
     "rig_simulator": "vsa_simulator.node.SimulatorConfig",
 }
-_BLOCK = re.compile(r"(<!-- (parameters|message|launch): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_BLOCK = re.compile(r"(<!-- (parameters|tunable|message|launch): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _FIELD = re.compile(r"^(\S+)\s+(\w+)\s*(=\s*\S+)?\s*(?:#\s*(.*))?$")
 
 
@@ -32,8 +32,10 @@ def document(text: str, messages: Path) -> str:
         head, kind, name, end = block.groups()
         if kind == "launch":
             table = argument_table()
+        elif kind == "message":
+            table = message_table(messages / f"{name}.msg")
         else:
-            table = parameter_table(NODES[name]) if kind == "parameters" else message_table(messages / f"{name}.msg")
+            table = (parameter_table if kind == "parameters" else tunable_list)(NODES[name])
         return f"{head}{table}{end}"
 
     return _BLOCK.sub(renew, text)
@@ -49,10 +51,19 @@ def argument_table() -> str:
 
 def parameter_table(config: str) -> str:
     """Markdown table of a configuration class, named with its module."""
-    module, _, name = config.rpartition(".")
     rows = ["| parameter | default | unit | range | meaning |", "|---|---|---|---|---|"]
-    rows += [_parameter_row(p) for p in parameters(getattr(importlib.import_module(module), name))]
+    rows += [_parameter_row(p) for p in parameters(_class(config))]
     return "\n".join(rows) + "\n"
+
+
+def tunable_list(config: str) -> str:
+    """The tunable parameters of a configuration class."""
+    return ", ".join(f"`{p.name}`" for p in parameters(_class(config)) if p.tunable) + "\n"
+
+
+def _class(config: str) -> type:
+    module, _, name = config.rpartition(".")
+    return getattr(importlib.import_module(module), name)  # type: ignore[no-any-return]
 
 
 def _parameter_row(parameter: Parameter) -> str:

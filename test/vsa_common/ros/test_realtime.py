@@ -54,16 +54,6 @@ def test_timer_slack_holds_in_threads_started_later():
     assert output_of(code) == "True 1"
 
 
-def test_linear_algebra_runs_in_the_calling_thread():
-    code = "import numpy, scipy.linalg, threadpoolctl; "
-    code += "from vsa_common.ros.realtime import limit_blas_threads; limit_blas_threads(); "
-    run = subprocess.run(
-        [sys.executable, "-c", code + "print({i['num_threads'] for i in threadpoolctl.threadpool_info()})"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    assert run.stdout.strip() == "{1}"
-
-
 def test_a_refused_hint_is_reported_with_its_remedy_and_does_not_end_the_process():
     limits = "RLIMIT_RTPRIO", "RLIMIT_NICE", "RLIMIT_MEMLOCK"
     drop = f"import resource; [resource.setrlimit(getattr(resource, one), (0, 0)) for one in {limits}]; "

@@ -30,6 +30,12 @@ def configured(name, **changes):
     return Router(FRAMES, replace(DriverSettings(), **{name: replace(getattr(DriverSettings(), name), **changes)}))
 
 
+def counters(router):
+    """All counters of a router and of its channels, those of a channel after its name."""
+    channels = [*router.transmissions.values(), *router.joint, *([router.motors] if router.motors else [])]
+    return router.counts() | {f"{one.name}.{key}": count for one in channels for key, count in one.counts().items()}
+
+
 def test_a_frame_becomes_a_sample_in_si_with_its_capture_stamp():
     [sample] = Router(FRAMES, DriverSettings()).add(transmission(19.5, 1234, 7), NOW)
     assert sample == Measurement("transmission_1", NOW, 7, pytest.approx(19.5), pytest.approx(0.01234))
@@ -64,39 +70,39 @@ def test_a_frame_of_the_wrong_length_is_counted_and_gives_no_sample():
     router = Router(FRAMES, DriverSettings())
     for length in (0, 3, 6, 8):
         assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, data=bytes(length)), NOW) == []
-    assert router.counts()["transmission_1.wrong_length"] == 4
+    assert counters(router)["transmission_1.wrong_length"] == 4
 
 
 def test_unmapped_frames_are_counted_also_one_that_differs_only_in_the_width_of_its_identifier():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x7FF, is_extended_id=False), NOW) == []
     assert router.add(Frame(arbitration_id=0x101, is_extended_id=True, data=bytes(7)), NOW) == []
-    assert router.counts()["unmapped_frames"] == 2
+    assert counters(router)["unmapped_frames"] == 2
 
 
 def test_the_drivers_own_commands_are_not_unmapped():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x200, is_extended_id=False, data=bytes(8)), NOW) == []
-    assert router.counts()["unmapped_frames"] == 0
+    assert counters(router)["unmapped_frames"] == 0
 
 
 def test_error_frames_are_counted_and_not_decoded():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, is_error_frame=True, data=bytes(7)), NOW) == []
-    assert router.counts()["error_frames"] == 1
+    assert counters(router)["error_frames"] == 1
 
 
 def test_a_remote_frame_gives_no_sample():
     router = Router(FRAMES, DriverSettings())
     assert router.add(Frame(arbitration_id=0x101, is_extended_id=False, is_remote_frame=True, dlc=7), NOW) == []
-    assert router.counts()["transmission_1.wrong_length"] == 1
+    assert counters(router)["transmission_1.wrong_length"] == 1
 
 
 def test_gaps_and_repeated_frames_are_counted_per_transmission():
     router = Router(FRAMES, DriverSettings())
     for i, counter in enumerate((0, 1, 1, 5)):
         router.add(transmission(20.0, 100, counter), NOW + i * MS)
-    counts = router.counts()
+    counts = counters(router)
     assert [counts[f"transmission_1.{name}"] for name in ("samples", "lost", "duplicates")] == [3, 3, 1]
     assert counts["transmission_2.samples"] == 0
 
@@ -104,7 +110,7 @@ def test_gaps_and_repeated_frames_are_counted_per_transmission():
 def test_saturation_is_counted_and_the_sample_is_passed_on():
     router = Router(FRAMES, DriverSettings())
     assert len(router.add(transmission(200.0, 2100, 0), NOW)) == 1
-    counts = router.counts()
+    counts = counters(router)
     assert (counts["transmission_1.force_saturated"], counts["transmission_1.deflection_saturated"]) == (1, 1)
 
 
@@ -165,13 +171,13 @@ def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_merged_with_t
     daq.add(forces(2000, 0), NOW + MS)
     one, _ = daq.add(positions(9000, 0), NOW + 2 * MS)
     assert (one.force, one.stamp_ns) == (pytest.approx(20.0), NOW + MS)
-    assert daq.counts()["transmission_1.incomplete"] == 1
+    assert counters(daq)["transmission_1.incomplete"] == 1
 
 
 def test_a_value_out_of_range_of_the_dbc_is_counted_and_dropped(daq):
     daq.add(forces(30_001, 0), NOW)
     assert [sample.transmission for sample in daq.add(positions(0, 0), NOW)] == ["transmission_2"]
-    assert daq.counts()["transmission_1.out_of_range"] == 1
+    assert counters(daq)["transmission_1.out_of_range"] == 1
 
 
 def test_commands_are_numbered_and_encoded_by_the_dbc():
@@ -196,7 +202,7 @@ def test_no_frame_raises_and_every_sample_is_finite(frames):
             if isinstance(sample, Measurement):
                 assert abs(sample.force) < 1e3
                 assert abs(sample.deflection) < 1e6
-    counts = router.counts()
+    counts = counters(router)
     taken = sum(
         count
         for name, count in counts.items()

@@ -1,11 +1,14 @@
 """The command `identify`: parameter file, figure and errors."""
 
+import numpy as np
 import pytest
 import yaml
-from transmission_data import MULTISINE, TRANSMISSION_1, record
+from transmission_data import MULTISINE, TRANSMISSION_1, column, record, run
 from vsa_common.config.configuration import load
 from vsa_common.io.tables import write_columns
 from vsa_estimator.cli.identify import main
+from vsa_estimator.estimator import Estimator
+from vsa_estimator.initialization.previous_run import coefficients_of
 from vsa_estimator.settings import EstimatorConfig
 
 
@@ -27,3 +30,22 @@ def test_a_file_that_is_too_short_is_named_in_the_error(tmp_path, capsys):
     (tmp_path / "short.csv").write_text("stamp,force,deflection\n0.0,1.0,0.01\n")
     assert main([str(tmp_path / "short.csv"), "--out", str(tmp_path / "mine.yaml")]) == 1
     assert "short.csv" in capsys.readouterr().err
+
+
+def test_the_file_has_the_covariance_about_the_middle_of_the_data_and_starts_an_estimator(tmp_path):
+    data, rest = record(TRANSMISSION_1, MULTISINE, 40.0), record(TRANSMISSION_1, MULTISINE, 10.0, seed=2)
+    columns = {"stamp": data.stamp_ns / 1e9, "force": data.force, "deflection": data.deflection}
+    write_columns(tmp_path / "run.csv", columns)
+    assert main([str(tmp_path / "run.csv"), "--out", str(tmp_path / "mine.yaml")]) == 0
+    config = load(tmp_path / "mine.yaml", "estimator_1", EstimatorConfig)
+    mean, covariance, reference = coefficients_of(config.initial)
+    truth = np.log(TRANSMISSION_1.k2 * TRANSMISSION_1.k1) + TRANSMISSION_1.k2 * reference
+    std = np.sqrt(np.diag(covariance))
+    assert reference == pytest.approx(np.median(data.deflection), abs=1e-3)
+    assert abs(mean[0] - truth) < 4.0 * std[0] < 0.02
+    assert abs(mean[1] - TRANSMISSION_1.k2) < 4.0 * std[1]
+    assert std[1] == pytest.approx(config.initial.k2_std, rel=1e-5)
+    estimates = run(Estimator(config), rest)
+    valid = column(estimates, "stiffness_valid") > 0
+    assert np.flatnonzero(valid)[0] < 100
+    assert np.abs(np.log(column(estimates, "stiffness") / rest.stiffness))[valid].max() < 0.01

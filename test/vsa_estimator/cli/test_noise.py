@@ -28,7 +28,11 @@ def test_the_noise_figures_of_section_vi_are_reproduced(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("stamps", "named"), [([0.0, 0.01, 0.02], "samples"), ([*np.arange(300) * 0.01, 9.0], "line 302")]
+    ("stamps", "named"),
+    [
+        ([0.0, 0.01, 0.02], "samples"),
+        ([*np.arange(300) * 0.01, 9.0], "gaps of 600 samples, the longest after 2.990 s"),
+    ],
 )
 def test_a_recording_that_is_too_short_or_uneven_is_rejected(tmp_path, capsys, stamps, named):
     zeros = np.zeros(len(stamps))

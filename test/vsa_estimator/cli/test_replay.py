@@ -247,3 +247,18 @@ def test_an_invalid_parameter_is_rejected(tmp_path, samples, capsys):
     csv_file = write_csv(tmp_path / "run.csv", samples)
     assert main([str(csv_file), "--config", str(tmp_path / "mine.yaml"), "--out", str(tmp_path / "out")]) == 1
     assert "filter_rate" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("key", ["/vsa/estimator_1", "estimator_1"])
+def test_a_dump_of_a_running_node_is_a_configuration(tmp_path, key):
+    file = tmp_path / "dump.yaml"
+    file.write_text(
+        f"{key}:\n  ros__parameters:\n    autostart: true\n    use_sim_time: false\n"
+        "    start_type_description_service: true\n    realtime: {priority: 0, rest: 0.0}\n"
+        "    qos_overrides: {/parameter_events: {publisher: {depth: 1000}}}\n"
+        "    force_noise_std: 1e-2\n    deflection_noise_std: 1e-05\n    initial: {k2: 250, d1: '4e3'}\n"
+        "/**:\n  ros__parameters: {of_another_node: 1}\n"
+    )
+    config = replay_tool.configuration("transmission_1", file)
+    assert (config.force_noise_std, config.deflection_noise_std) == (1e-2, 1e-5)
+    assert (config.initial.k2, config.initial.d1) == (250.0, 4000.0)

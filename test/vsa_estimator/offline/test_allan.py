@@ -1,5 +1,6 @@
 """Allan deviation of noises with a known law."""
 
+import allantools
 import numpy as np
 import pytest
 from vsa_estimator.offline.allan import allan
@@ -25,6 +26,15 @@ def test_drift_is_not_white_and_not_part_of_the_noise(seed):
     found = allan(white(seed) + drift, 100.0)
     assert not found.white
     assert found.std == pytest.approx(STD, rel=0.03)
+
+
+@pytest.mark.parametrize("count", [3, 100, 20_001])
+def test_the_deviation_equals_that_of_allantools(count):
+    signal = 30.0 + white(7, count) + np.linspace(0.0, 0.1, count)
+    found = allan(signal, 250.0)
+    tau, deviation, _, _ = allantools.oadev(signal, rate=250.0, data_type="freq", taus=found.tau)
+    np.testing.assert_allclose(found.tau, tau)
+    np.testing.assert_allclose(found.deviation, deviation, rtol=1e-12)
 
 
 def test_smoothed_noise_is_not_white():

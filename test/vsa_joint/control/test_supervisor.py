@@ -56,6 +56,19 @@ class Feed:
         return out
 
 
+def test_tunable_parameters_change_without_a_change_of_mode():
+    feed = active()
+    before = feed.supervisor.mode
+    feed.supervisor.reconfigure(ControlConfig(command_timeout=0.1, rate=200.0, force_max=49.0, input_timeout=0.07))
+    assert feed.supervisor.mode is before is Mode.ACTIVE
+    silence = feed.run(300, commands=False)
+    stopped = next(at for at, mode, *_ in silence if mode is Mode.HOLDING)
+    assert stopped - silence[0][0] <= 110 * MS
+    assert feed.supervisor.reason == "stiffness_command stopped"
+    feed.run(1000, joint=replace(GOOD, tension=(40.0, 40.0)))
+    assert "over its limit" in feed.supervisor.reason
+
+
 def active():
     feed = Feed()
     assert feed.run(500)[-1][1] is Mode.ACTIVE

@@ -9,7 +9,10 @@ import paper_run
 import pytest
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
+from vsa_common.config.configuration import load
 from vsa_common.io.bags import BagError, Recording
+from vsa_estimator.initialization.previous_run import coefficients_of
+from vsa_estimator.settings import Initial, NodeConfig
 from vsa_tools.report import command as report
 from vsa_tools.report.data import read_run
 from vsa_tools.report.downsampling import cloud, envelope, extremes
@@ -233,3 +236,19 @@ def test_an_outlier_of_the_stamps_does_not_extend_the_time_axis(tmp_path, bag):
     run = read_run(tmp_path / "bag")
     assert run.duration == pytest.approx(0.99)
     assert np.isnan(run.joints[0].transmissions[0].force.time[50])
+
+
+def test_the_coefficients_at_the_end_are_a_parameter_file_of_both_estimators(written, run):
+    for side in (1, 2):
+        posterior = load(written / "coefficients.yaml", f"estimator_{side}", NodeConfig).initial.posterior
+        state = run.joints[0].transmissions[side - 1].state
+        assert dict(zip(posterior.names, posterior.values, strict=True))["k2"] == state["k2"][-1]
+        assert posterior.covariance[8] == state["k2_variance"][-1]
+        assert posterior.deflection_reference == 0.008
+        assert coefficients_of(Initial(posterior=posterior)) is not None
+
+
+def test_a_recording_without_valid_stiffness_gives_no_coefficients(tmp_path):
+    paper_run.write_run(tmp_path / "bag", 1.0, RATE)  # not valid before paper_run.VALID_AFTER
+    report.write(tmp_path / "bag", tmp_path, print_files=False)
+    assert not (tmp_path / "coefficients.yaml").exists()

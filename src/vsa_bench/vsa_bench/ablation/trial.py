@@ -16,8 +16,8 @@ import numpy as np
 from vsa_bench.ablation.figures import FIELDS, Figures, figures
 from vsa_bench.ablation.recordings import Recording
 from vsa_bench.ablation.variation import Value
+from vsa_common.blas import limit_blas_threads
 from vsa_common.config.configuration import build
-from vsa_common.ros.realtime import limit_blas_threads
 from vsa_common.tuning import CONSTANTS, OVERRIDES
 
 PACKAGE = "vsa_estimator"

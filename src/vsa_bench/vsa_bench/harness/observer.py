@@ -67,7 +67,7 @@ class Observer:
         return JointRecord(self.sent(namespace), np.array(joints, np.int64).reshape(-1, 3), first, second)
 
     def _rig(self, namespace: str) -> tuple[str, dict[str, str]]:
-        return self._diagnostics.get(f"/{namespace}/rig_simulator", ("", {}))
+        return self._diagnostics.get(f"/{namespace}/rig_simulator: simulation", ("", {}))
 
     def _on_joint(self, namespace: str, data: bytes) -> None:
         self._joints[namespace].append((data, time.time_ns()))

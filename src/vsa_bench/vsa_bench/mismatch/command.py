@@ -16,8 +16,8 @@ from vsa_bench.mismatch.cases import ALL, GROUP_OF, MOTIONS, QUICK, RATES_HZ, VA
 from vsa_bench.mismatch.recorded import compare_all
 from vsa_bench.mismatch.run import run_case
 from vsa_bench.mismatch.table import markdown, show
+from vsa_common.blas import limit_blas_threads
 from vsa_common.fork import ForkedTasks, ReportProgress
-from vsa_common.ros.realtime import limit_blas_threads
 from vsa_common.terminal import progress
 
 SEEDS, QUICK_SEEDS = 3, 1

@@ -107,7 +107,7 @@ def soak_filter(hours: float, seed: int = 1) -> dict[str, Any]:
 
 def _configured(config_class: type[Config], node: str, **changes: Any) -> Config:
     names = {parameter.name for parameter in parameters(config_class)}
-    values = {name: value for name, value in node_values(paper_rig(), node).items() if name in names}
+    values = {name: value for name, value in node_values(paper_rig(), node, config_class).items() if name in names}
     return build(config_class, {**values, **changes})
 
 

@@ -27,6 +27,7 @@ Config = TypeVar("Config")
 FRAME_PREFIX = "begin of each frame_id, as of robot_state_publisher: left/ in left/joint"  # of `frame_prefix`
 
 _KINDS = {float: "a number", int: "an integer", bool: "true or false", str: "a text"}
+_NUMERALS = {float: re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?"), int: re.compile(r"[-+]?\d+")}
 
 
 class ConfigurationError(ValueError):
@@ -44,10 +45,11 @@ class Parameter:
     low: float = -math.inf
     high: float = math.inf
     options: tuple[str, ...] = ()
+    tunable: bool = False  # whether it can be changed while its node is active
 
     def check(self, value: Any) -> Any:
         """`value` in the default's type. Raises ConfigurationError for a wrong type or a value out of range."""
-        value = self._coerce(value)
+        value = self.convert(value)
         for number in value if isinstance(value, tuple) else (value,):
             if self.options and number not in self.options:
                 raise self._error(value, f"must be one of {', '.join(self.options)}")
@@ -68,7 +70,8 @@ class Parameter:
     def _unit(self) -> str:
         return f" {self.unit}" if self.unit else ""
 
-    def _coerce(self, value: Any) -> Any:
+    def convert(self, value: Any) -> Any:
+        """`value` in the default's type, a text such as 1e-3 as its number. Raises ConfigurationError otherwise."""
         if isinstance(self.default, tuple):
             if isinstance(value, str) or not hasattr(value, "__iter__"):
                 raise self._error(value, f"must be a list, each {_KINDS[self.kind]}")
@@ -76,6 +79,8 @@ class Parameter:
         return self._scalar(value)
 
     def _scalar(self, value: Any) -> Any:
+        if isinstance(value, str) and self.kind in _NUMERALS and _NUMERALS[self.kind].fullmatch(value):
+            return self.kind(value)  # YAML 1.1 reads 1e-3 as a text
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
             return float(value)
         if type(value) is not self.kind:
@@ -87,14 +92,14 @@ class Parameter:
         return ConfigurationError(f"{self.name} = {shown!r}{self._unit}: {expected}")
 
 
-def quantity(default: float, unit: str, low: float, high: float, text: str) -> Any:
-    """A number with a unit and a closed range."""
-    return field(default=default, metadata={"unit": unit, "low": low, "high": high, "text": text})
+def quantity(default: float, unit: str, low: float, high: float, text: str, tunable: bool = False) -> Any:
+    """A number with a unit and a closed range; `tunable`: it can be changed while its node is active."""
+    return field(default=default, metadata={"unit": unit, "low": low, "high": high, "text": text, "tunable": tunable})
 
 
-def quantities(default: tuple[float, ...], unit: str, low: float, high: float, text: str) -> Any:
+def quantities(default: tuple[float, ...], unit: str, low: float, high: float, text: str, tunable: bool = False) -> Any:
     """A list of numbers that share a unit and a range; the default has at least one."""
-    return quantity(default, unit, low, high, text)  # type: ignore[arg-type]
+    return quantity(default, unit, low, high, text, tunable)  # type: ignore[arg-type]
 
 
 def choice(default: str, options: tuple[str, ...], text: str) -> Any:
@@ -107,9 +112,9 @@ def flag(default: bool, text: str) -> Any:
     return field(default=default, metadata={"text": text})
 
 
-def string(default: str | tuple[str, ...], text: str) -> Any:
+def string(default: str | tuple[str, ...], text: str, tunable: bool = False) -> Any:
     """A text, or a list of texts."""
-    return field(default=default, metadata={"text": text})
+    return field(default=default, metadata={"text": text, "tunable": tunable})
 
 
 def group(config_class: type) -> Any:
@@ -165,34 +170,49 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-_OF_A_PROCESS = re.compile(r"(autostart|use_sim_time)$|(realtime|qos_overrides)\.")
+_OF_A_PROCESS = re.compile(r"(autostart|use_sim_time|start_type_description_service)$|(realtime|qos_overrides)\.")
 
 
 def load(path: str | Path, node: str, config_class: type[Config]) -> Config:
     """Configuration of `node` (its bare name, "estimator_1") from a ROS parameter file.
 
-    Parameters of the process (`autostart`, `realtime.*`, ROS's own) are skipped. Raises ConfigurationError naming
-    the file if it cannot be read or is not a parameter file.
+    Raises ConfigurationError naming the file if it cannot be read or is not a parameter file.
     """
-    values = node_values(path, node)
     try:
-        return build(config_class, {name: value for name, value in values.items() if not _OF_A_PROCESS.match(name)})
+        return build(config_class, node_values(path, node, config_class))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {node}: {error}") from error
 
 
-def node_values(path: str | Path, node: str) -> dict[str, Any]:
+def node_values(path: str | Path, node: str, config_class: type) -> dict[str, Any]:
     """Values of a ROS parameter file for `node`, flat ("initial.k2"), unchecked.
 
     Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
+    Skipped are parameters of the process (`autostart`, `realtime.*`, ROS's own), and those of other nodes under `/**`.
     """
-    values: dict[str, Any] = {}
+    values = {name: value for _, section in _named_sections(path, node) for name, value in section.items()}
+    values = {name: value for name, value in values.items() if not _OF_A_PROCESS.match(name)}
+    declared, shared = {parameter.name for parameter in parameters(config_class)}, shared_names(path, node)
+    return {name: value for name, value in values.items() if name in declared or name not in shared}
+
+
+def shared_names(path: str | Path, node: str) -> set[str]:
+    """Parameters that a file gives for nodes of any name (`/**`) and not for `node` in particular."""
+    own = {name for key, section in _named_sections(path, node) if not _is_wildcard(key) for name in section}
+    return {name for key, section in _named_sections(path, node) if _is_wildcard(key) for name in section} - own
+
+
+def _named_sections(path: str | Path, node: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Key and flat values of each section of a parameter file for `node`."""
     for key, section in read_parameter_file(path).items():
-        if key == "/**" or str(key).rsplit("/", 1)[-1] == node:
+        if _is_wildcard(key) or str(key).rsplit("/", 1)[-1] == node:
             if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
                 raise ConfigurationError(f"{path}: {key} has no ros__parameters")
-            values |= flat(section["ros__parameters"])
-    return values
+            yield str(key), flat(section["ros__parameters"])
+
+
+def _is_wildcard(key: object) -> bool:
+    return str(key).rsplit("/", 1)[-1] in ("*", "**")
 
 
 def parameter_files(arguments: Sequence[str]) -> list[str]:

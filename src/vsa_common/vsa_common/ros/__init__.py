@@ -1,4 +1,4 @@
-"""ROS 2 base of every node. Input: parameters. Output: a process with lifecycle, diagnostics and serialized messages.
+"""ROS 2 base of every node. Input: parameters. Output: a process with lifecycle, log, diagnostics and serialized messages.
 
-Permitted imports: vsa_common.config, ament_index_python, diagnostic_msgs, rcl_interfaces, rclpy, threadpoolctl
+Permitted imports: vsa_common.blas, vsa_common.config, ament_index_python, diagnostic_msgs, rcl_interfaces, rclpy
 """

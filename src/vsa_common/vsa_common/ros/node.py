@@ -1,35 +1,39 @@
-"""Base class of the suite's nodes: a lifecycle node with checked parameters, autostart and diagnostics.
+"""Base class of the suite's nodes: a lifecycle node with checked parameters, autostart, log and diagnostics.
 
-A node file creates its topics in `start`, releases its core in `stop`, and ends with `main = lambda: run(ItsNode)`, of
-`vsa_common.ros.process`.
+A node file checks its configuration in `configure`, creates its topics in `start`, releases its core in `stop`, and
+ends with `main = lambda: run(ItsNode)`, of `vsa_common.ros.process`.
 """
 
 import threading
-from collections.abc import Mapping, Sequence
-from typing import Any, Generic, TypeVar, cast
+import time
+from collections.abc import Callable
+from typing import Any, Generic, NoReturn, TypeVar
 
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from vsa_common.config.configuration import ConfigurationError, build, flatten, parameters
-from vsa_common.ros.diagnostics import CHECK_PERIOD, ERROR, OK, STALE, WARN, DiagnosticsPublisher
-from vsa_common.ros.parameters import COMMON, Common, descriptor, is_ours, ros_value
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from vsa_common.config.configuration import ConfigurationError
+from vsa_common.ros.diagnostics import CHECK_PERIOD, ERROR, OK, WARN, DiagnosticsPublisher, Health, Tasks
+from vsa_common.ros.log import HealthLog, await_log_reader
+from vsa_common.ros.parameters import Common, NodeParameters
 from vsa_common.ros.qos import QosMonitor
 
-__all__ = ["BEST_EFFORT", "ERROR", "OK", "RELIABLE", "STALE", "STEADY", "WARN", "Health", "RCLError", "SuiteNode"]
+__all__ = ["BEST_EFFORT", "ERROR", "OK", "RELIABLE", "STEADY", "WARN", "Health", "RCLError", "SuiteNode", "Tasks"]
 
 Config = TypeVar("Config")
-Health = tuple[int, str, Mapping[str, object]]
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 RELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 RCLError = rclpy_implementation.RCLError
+
+
+class StartRefused(ConfigurationError):
+    """A node cannot start; the reason is in its log already."""
 
 
 class SuiteNode(LifecycleNode, Generic[Config]):
@@ -47,23 +51,24 @@ class SuiteNode(LifecycleNode, Generic[Config]):
                 f"{name}: a parameter has no value; write an empty list as ['']: {error}"
             ) from error
         self.steady = Clock(clock_type=ClockType.STEADY_TIME)  # one clock for all nodes of a process gets slow
-        self._config_class = config_class
-        self._defaults = defaults
         self.lock = threading.RLock()
         self._active = False
-        self._starting = False
-        self.failure = ""
+        self._state = "unconfigured"  # the lifecycle state
+        self._failure = ""  # why the last transition failed
         try:
-            self.config = self._declare()
+            self._declared = NodeParameters(self, config_class, defaults, lambda: self._active, self._apply)
         except ConfigurationError as error:
-            raise ConfigurationError(f"{self.get_name()}: {error}") from error
-        self.add_on_set_parameters_callback(self._on_parameters)
+            self.refuse_start(str(error))
         self._reject_illegal_transitions()
         self._qos_monitor = QosMonitor(self)
         self._diagnostics = DiagnosticsPublisher(self)
-        self.create_timer(CHECK_PERIOD, self._publish_health, clock=self.steady)
+        self._health_log = HealthLog(self.get_logger())
+        self.create_timer(CHECK_PERIOD, self.publish_health, clock=self.steady)
 
     # Overridden by the nodes of the suite.
+
+    def configure(self) -> None:
+        """Open and check what `start` needs, and release it. Raise ConfigurationError or OSError where it fails."""
 
     def start(self) -> None:
         """Create topics, timers and core. Raise ConfigurationError where that is impossible."""
@@ -72,23 +77,39 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """Undo `start`. Called once for each successful `start`, also when the process ends."""
 
     def reconfigure(self, config: Config) -> None:
-        """Apply a checked configuration; raise ConfigurationError to reject it and keep the present one."""
-        if self._active:
-            raise ConfigurationError("cannot change while the node is active; deactivate it first")
+        """Apply changed tunable parameters while active, before `config` has them.
 
-    def health(self) -> Health:
-        """Level (OK, WARN, ERROR, STALE), one line, and key values for /diagnostics."""
-        return OK, "active" if self._active else "inactive", {}
+        Raise ConfigurationError to reject the change.
+        """
 
-    # Topics, without rclpy's QoS events: see vsa_common.ros.qos.
+    def health(self) -> Tasks:
+        """While active: level (OK, WARN, ERROR), one line, and key values of each of `tasks`."""
+        return dict.fromkeys(self.tasks, (OK, "active", {}))
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Names of the node's tasks in the diagnostics; a failed transition is reported by the first."""
+        return ("node",)
+
+    @property
+    def hardware_id(self) -> str:
+        """What the node's diagnostics are about."""
+        return self.get_namespace().strip("/")
+
+    @property
+    def activity(self) -> str:
+        """What the active node does, for the log: bus, transmissions, rate."""
+        return ""
+
+    # Topics, without rclpy's QoS events: see vsa_common.ros.qos. Parameters `qos_overrides.*` change the policies.
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any, **options: Any) -> Any:
-        events = PublisherEventCallbacks(use_default_callbacks=False)
-        return super().create_publisher(msg_type, topic, qos_profile, event_callbacks=events, **options)
+        options |= _options(topic, PublisherEventCallbacks(use_default_callbacks=False))
+        return super().create_publisher(msg_type, topic, qos_profile, **options)
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any) -> Any:
-        events = SubscriptionEventCallbacks(use_default_callbacks=False)
-        return super().create_subscription(msg_type, topic, callback, qos_profile, event_callbacks=events, **options)
+        options |= _options(topic, SubscriptionEventCallbacks(use_default_callbacks=False))
+        return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 
     # Lifecycle.
 
@@ -98,34 +119,47 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         return self._active
 
     def autostart(self) -> None:
-        """Configure and activate, if the parameter is true; ConfigurationError where the node cannot start."""
+        """Configure and activate, if the parameter is true; StartRefused where the node cannot start."""
         if not self.common.autostart:
             return
-        self._starting = True
         self.trigger_configure()
-        self.trigger_activate()
-        self._starting = False
+        if not self._failure:
+            self.trigger_activate()
         if not self._active:
-            raise ConfigurationError(self.failure or "cannot start")
+            await_log_reader(self)
+            raise StartRefused(self._failure)
+
+    def refuse_start(self, reason: str) -> NoReturn:
+        """Log the reason, until a reader of /rosout has it, and end the node. Raises StartRefused."""
+        self.get_logger().fatal(reason)
+        await_log_reader(self)
+        self.destroy_node()
+        raise StartRefused(reason)
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if not self._attempt(self.configure):
+            return TransitionCallbackReturn.FAILURE
+        self._enter("inactive", "configured")
+        return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        try:
-            with self.lock:
-                self.start()
-                self._active = True
-        except (ConfigurationError, OSError) as error:
-            self.failure = " ".join(str(error).split())
-            if not self._starting:  # else `autostart` raises it
-                self.get_logger().error(self.failure)
+        if not self._attempt(self._activate):
             return TransitionCallbackReturn.FAILURE
+        self._enter("active", f"active: {self.activity}".rstrip(": "))
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.close()
+        self._enter("inactive", "inactive")
         return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._enter("unconfigured", "unconfigured")
+        return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.close()
+        self._enter("finalized", "finalized")
         return super().on_shutdown(state)
 
     def close(self) -> None:
@@ -134,6 +168,26 @@ class SuiteNode(LifecycleNode, Generic[Config]):
             if self._active:
                 self._active = False
                 self.stop()
+
+    def _activate(self) -> None:
+        with self.lock:
+            self.start()
+            self._active = True
+
+    def _attempt(self, step: Callable[[], None]) -> bool:
+        """Whether a step of a transition succeeds; the reason of a failure is logged and in the diagnostics."""
+        try:
+            step()
+        except (ConfigurationError, OSError) as error:
+            self._failure = " ".join(str(error).split())
+            self.get_logger().error(self._failure)
+            return False
+        return True
+
+    def _enter(self, state: str, line: str) -> None:
+        self._state, self._failure = state, ""
+        self._health_log.restart()
+        self.get_logger().info(line)
 
     def _reject_illegal_transitions(self) -> None:
         """Answer a transition that the present state does not permit with a failure; in rclpy it ends the process."""
@@ -151,46 +205,44 @@ class SuiteNode(LifecycleNode, Generic[Config]):
 
     # Parameters.
 
-    def _declare(self) -> Config:
-        overrides = cast("Mapping[str, RosParameter]", self.get_parameters_by_prefix(""))
-        given = {name: override.value for name, override in overrides.items() if is_ours(name)}
-        self.common = build(Common, {name: value for name, value in given.items() if name in COMMON})
-        own = {name: value for name, value in given.items() if name not in COMMON}
-        config = build(self._config_class, {**self._defaults, **own})
-        for one in (config, self.common):
-            values = flatten(one)
-            for parameter in parameters(type(one)):
-                self._describe(parameter.name, ros_value(values[parameter.name]), descriptor(parameter))
-        return config
+    @property
+    def config(self) -> Config:
+        """The present configuration."""
+        return self._declared.config
 
-    def _describe(self, name: str, value: Any, descriptor: ParameterDescriptor) -> None:
-        if self.has_parameter(name):
-            self.undeclare_parameter(name)
-        self.declare_parameter(name, value, descriptor, ignore_override=True)
+    @property
+    def common(self) -> Common:
+        """Parameters that every node has."""
+        return self._declared.common
 
-    def _on_parameters(self, changes: Sequence[RosParameter]) -> SetParametersResult:
-        ours = {change.name: change.value for change in changes if is_ours(change.name)}
-        at_start = {name: ours.pop(name) for name in COMMON.intersection(ours)}
-        try:
-            self.common = build(Common, {**flatten(self.common), **at_start})
-            if not ours:
-                return SetParametersResult(successful=True)
-            config = build(self._config_class, {**flatten(self.config), **ours})
-            with self.lock:
+    def _apply(self, config: Config) -> None:
+        with self.lock:
+            if self._active:
                 self.reconfigure(config)
-        except ConfigurationError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        self.config = config
-        return SetParametersResult(successful=True)
 
     # Diagnostics.
 
-    def _publish_health(self) -> None:
+    def publish_health(self) -> None:
+        """Publish and log a changed health; a timer calls it every CHECK_PERIOD."""
         if self._qos_monitor.check_next():
             self.get_logger().warning(self._qos_monitor.message)
+        now = time.monotonic()
         with self.lock:
-            level, message, values = self.health()
-        if self._qos_monitor.conflicts:
-            message = self._qos_monitor.message if level == OK else f"{message}; {self._qos_monitor.message}"
-            level = max(level, WARN)
-        self._diagnostics.publish(level, message, values)
+            tasks = self._health()
+        self._health_log.update(tasks, now)
+        self._diagnostics.publish(self.hardware_id, {**tasks, "topics": self._qos_monitor.health()}, now)
+
+    def _health(self) -> Tasks:
+        if self._active:
+            return self.health()
+        tasks: dict[str, Health] = dict.fromkeys(self.tasks, (OK, self._state, {}))
+        if self._failure:
+            tasks[self.tasks[0]] = ERROR, self._failure, {}
+        return tasks
+
+
+def _options(topic: str, events: Any) -> dict[str, Any]:
+    """Options of a topic: no QoS events; policies by parameters unless rclpy creates it before there are any."""
+    overridable = topic not in ("/parameter_events", "/rosout")
+    policies = QoSOverridingOptions.with_default_policies() if overridable else None
+    return {"event_callbacks": events, "qos_overriding_options": policies}

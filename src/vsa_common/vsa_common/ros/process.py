@@ -14,12 +14,13 @@ import rclpy
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
+from vsa_common.blas import limit_blas_threads
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.config.sections import files_without
 from vsa_common.ros.arguments import check_arguments, check_parameter_files
 from vsa_common.ros.idle import Coalescer
-from vsa_common.ros.node import RCLError, SuiteNode
-from vsa_common.ros.realtime import apply_hints, limit_blas_threads, set_timer_slack
+from vsa_common.ros.node import RCLError, StartRefused, SuiteNode
+from vsa_common.ros.realtime import apply_hints, set_timer_slack
 
 WAIT_S = 1.0  # an idle turn ends after this time, so that a signal is noticed
 
@@ -57,9 +58,9 @@ def run(
 ) -> int:
     """Run one node, or several, until SIGINT or SIGTERM; exit code 0 then, 1 with one line if one cannot start.
 
-    Several nodes start in their order and stop in the reverse order. `turn` is called with the pause [s] that the
-    nodes request. A signal only ends the loop of turns, so a node still has its topics while it stops.
-    `description` is the text of `--help`; the default is the docstring of `create`.
+    Several nodes stop in the reverse order. `turn` is called with the pause [s] that the nodes request. A signal only
+    ends the loop of turns: a node has its topics while it stops. `description`, or the docstring of `create`, is the
+    text of `--help`.
     """
     arguments = sys.argv if args is None else args
     nodes: Nodes = []
@@ -70,24 +71,34 @@ def run(
         _initialize(arguments)
         spinner = executor()
         name = ""  # errors of the nodes' constructors contain the node's name
-        created = create()
-        nodes = [created] if isinstance(created, SuiteNode) else created
+        nodes = _as_list(create())
         for node in nodes:
             name = f"{node.get_name()}: "
             spinner.add_node(node)
             _start(node, arguments)
         _end_startup()
-        hints = [node.common.realtime for node in nodes]
-        busy = any(hint.busy for hint in hints)
-        serve = turn(0.0 if busy else max(hint.rest for hint in hints))
+        pause, wait = _pause_and_wait(nodes)
+        serve = turn(pause)
         while not signals:
-            serve(spinner, nodes, 0.0 if busy else WAIT_S)
+            serve(spinner, nodes, wait)
         return 0
+    except StartRefused:  # in the node's log
+        return 1
     except (ConfigurationError, OSError, RCLError) as error:
         print(f"{name}{' '.join(str(error).split())}", file=sys.stderr)
         return 1
     finally:
         _shut_down(nodes)
+
+
+def _as_list(created: SuiteNode[Any] | Nodes) -> Nodes:
+    return [created] if isinstance(created, SuiteNode) else created
+
+
+def _pause_and_wait(nodes: Nodes) -> tuple[float, float]:
+    """Pause between two turns and longest wait of an idle turn [s], as the nodes request; both 0 for a busy node."""
+    hints = [node.common.realtime for node in nodes]
+    return (0.0, 0.0) if any(hint.busy for hint in hints) else (max(hint.rest for hint in hints), WAIT_S)
 
 
 def _received_signals() -> list[int]:
@@ -127,7 +138,14 @@ def _shut_down(nodes: Nodes) -> None:
     for node in reversed(nodes):
         node.destroy_node()
     rclpy.try_shutdown()
+    ignore_signals()
     gc.unfreeze()  # a participant in a reference cycle that outlives Python can block on one of its threads
+
+
+def ignore_signals() -> None:
+    """Ignore SIGINT and SIGTERM until the process has ended: a second one would end it with another exit code."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 def tune_middleware() -> None:

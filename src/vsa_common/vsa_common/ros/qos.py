@@ -11,6 +11,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
+from vsa_common.ros.diagnostics import OK, WARN, Health
 
 POLICIES = "reliability", "durability", "deadline", "liveliness", "liveliness_lease_duration"
 
@@ -53,6 +54,11 @@ class QosMonitor:
         return "; ".join(
             f"{one.topic_name}: another node's {policies} does not fit" for one, policies in self._conflicts.items()
         )
+
+    def health(self) -> Health:
+        """Diagnostics of the topics: conflicts, and the number of readers that each publisher has."""
+        values = {f"readers {one.topic_name}": one.get_subscription_count() for one in self._node.publishers}
+        return (WARN, self.message, values) if self._conflicts else (OK, "compatible", values)
 
     def _policies_in_conflict(self, endpoint: Publisher | Subscription) -> str:
         topic = endpoint.topic_name

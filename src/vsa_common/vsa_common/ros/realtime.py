@@ -8,7 +8,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
 from vsa_common.config.configuration import flag, quantity, string
 
 _MCL_CURRENT, _MCL_FUTURE = 1, 2  # <sys/mman.h>
@@ -29,11 +28,6 @@ class RealTime:
         0.0, "s", 0.0, 0.05, "pause between turns of a thread that takes a quarter of a core; 0: none"
     )
     lock_memory: bool = flag(False, "lock the process in memory: no page fault delays a sample")
-
-
-def limit_blas_threads() -> None:
-    """Run linear algebra in the calling thread: worker threads on busy cores delay a sample by 100 ms."""
-    threadpool_limits(limits=1)
 
 
 def set_timer_slack() -> None:

@@ -48,6 +48,10 @@ class Tare:
         self._stamp_ns = 0
         self._recent: deque[float] = deque(maxlen=TARE_SAMPLES)
 
+    def set_limits(self, max_std: float, max_gap_ns: int) -> None:
+        """Apply another greatest standard deviation [N] and gap [ns]."""
+        self._max_std, self._max_gap_ns = max_std, max_gap_ns
+
     def add(self, stamp_ns: int, force: float) -> float:
         """Take a calibrated force and return the tared one [N]."""
         if not 0 <= stamp_ns - self._stamp_ns <= self._max_gap_ns:  # negative: the clock was set back

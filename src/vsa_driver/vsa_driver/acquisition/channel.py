@@ -61,6 +61,11 @@ class TransmissionChannel:
             max_travel=abs(ends[1] - ends[0]),
         )
 
+    def set_limits(self, settings: DriverSettings) -> None:
+        """Apply the tunable parameters of other settings."""
+        self._settings = settings.transmission(self.name)
+        self.tare.set_limits(settings.tare_spread, int(settings.silence * 1e9))
+
     def add(self, index: int, data: bytes, stamp_ns: int) -> Measurement | None:
         """Take a frame of message `index` of `stream.sources`; the sample that it completes."""
         reading = self.stream.add(index, data, stamp_ns)

@@ -33,6 +33,11 @@ class Router:
             message = self.commands.source.message
             self._routes.setdefault(_key(message.id, message.extended), [])
 
+    def set_limits(self, settings: DriverSettings) -> None:
+        """Apply the tunable parameters of other settings."""
+        for channel in self.transmissions.values():
+            channel.set_limits(settings)
+
     def add(self, frame: Frame, stamp_ns: int) -> list[Sample]:
         """The samples that `frame`, captured at `stamp_ns`, completes."""
         if frame.is_error_frame:
@@ -47,11 +52,8 @@ class Router:
         return [sample for sample in samples if sample is not None]
 
     def counts(self) -> dict[str, int]:
-        """All counters, those of a channel by "channel.name"."""
-        counted = {"unmapped_frames": self.unmapped_frames, "error_frames": self.error_frames}
-        for channel in self._channels():
-            counted |= {f"{channel.name}.{name}": count for name, count in channel.counts().items()}
-        return counted
+        """Counters of the frames that no channel has; each channel has its own."""
+        return {"unmapped_frames": self.unmapped_frames, "error_frames": self.error_frames}
 
     def _channels(self) -> Iterator[Channel]:
         yield from self.transmissions.values()

@@ -45,6 +45,10 @@ class MotorGate:
         self._stepped_s = -math.inf
         self._timed_out = False
 
+    def set_limits(self, limits: MotorLimits) -> None:
+        """Apply other limits, from the next command on."""
+        self._limits = limits
+
     @property
     def armed(self) -> bool:
         """Whether commands are passed."""

@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import yaml
 from vsa_common.config.configuration import parameters
 from vsa_common.figures import MEASURED, SIDE_1, TRUTH, limits, panels, save
 from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
 from vsa_common.terminal import show_table
+from vsa_estimator.offline.coefficient_file import NamedCoefficients, described, posterior_parameters, write_file
 from vsa_estimator.offline.identification import NAMES, UNITS, Identification, identify
+from vsa_estimator.offline.instants import Timing, corrected
 from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings
 from vsa_estimator.settings import EstimatorConfig
 
@@ -34,14 +35,29 @@ def start_values(result: Identification) -> dict[str, float]:
 
 def write_parameters(path: Path, results: Mapping[str, Identification]) -> None:
     """Write a ROS parameter file for the estimators of the identified transmissions."""
-    tree = {
-        f"/**/{name.replace('transmission', 'estimator')}": {"ros__parameters": {"initial": start_values(one)}}
-        for name, one in results.items()
-    }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(
-        "# Start values by least squares, eqs. (18) and (19), SI.\n" + yaml.safe_dump(tree, sort_keys=False)
-    )
+    sections: dict[str, object] = {}
+    remarks = ["Start values by least squares, eqs. (18) and (19), SI."]
+    for name, one in results.items():
+        node = f"/**/{name.replace('transmission', 'estimator')}"
+        initial: dict[str, object] = {**start_values(one)}
+        if one.value("k1") > 0.0 and one.value("k2") > 0.0:
+            coefficients = posterior(one)
+            initial["posterior"] = posterior_parameters(coefficients)
+            remarks += described(node, coefficients, f"{name}, {one.rows} rows")
+        sections[node] = {"ros__parameters": {"initial": initial}}
+    write_file(path, sections, remarks)
+
+
+def posterior(result: Identification) -> NamedCoefficients:
+    """Coefficients about the middle of the data, with ln_stiffness_reference = ln(k1 k2) + k2 x instead of k1."""
+    k1, k2, middle = result.value("k1"), result.value("k2"), float(np.median(result.deflection))
+    names = ("ln_stiffness_reference", *(name for name in NAMES if name != "k1"))
+    jacobian = np.zeros((len(names), len(NAMES)))
+    jacobian[0, NAMES.index("k1")], jacobian[0, NAMES.index("k2")] = 1.0 / k1, 1.0 / k2 + middle
+    for row, name in enumerate(names[1:], 1):
+        jacobian[row, NAMES.index(name)] = 1.0
+    values = (float(np.log(k1 * k2) + k2 * middle), *(result.value(name) for name in names[1:]))
+    return NamedCoefficients(names, values, jacobian @ result.covariance @ jacobian.T, middle)
 
 
 def rows(result: Identification) -> list[list[str]]:
@@ -84,9 +100,12 @@ def main(argv: list[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
         groups: dict[str, list[Recording]] = {}
+        timings: dict[str, list[Timing]] = {}
         for path in arguments.input:
             for recording in read_recordings(path, arguments.transmission):
-                groups.setdefault(recording.transmission, []).append(recording)
+                even, timing = corrected(recording)
+                groups.setdefault(even.transmission, []).append(even)
+                timings.setdefault(even.transmission, []).append(timing)
         results = {name: identify(recordings) for name, recordings in groups.items()}
         write_parameters(arguments.out, results)
         plot(arguments.out.with_suffix(".png"), results)
@@ -94,18 +113,18 @@ def main(argv: list[str] | None = None) -> int:
         print(f"identify: {error}", file=sys.stderr)
         return 1
     for name, one in results.items():
-        show_table(f"{name}: {law(one)}", HEADER, rows(one), _note(one, groups[name]))
+        show_table(f"{name}: {law(one)}", HEADER, rows(one), _note(one, timings[name]))
     print(f"wrote {arguments.out} and {arguments.out.with_suffix('.png')}")
     return 0
 
 
-def _note(result: Identification, recordings: Sequence[Recording]) -> str:
-    note = f"{len(recordings)} recording(s), {result.rows} rows, residual {result.residual.std():.3g} N rms"
+def _note(result: Identification, timings: Sequence[Timing]) -> str:
+    note = f"{len(timings)} recording(s), {result.rows} rows, residual {result.residual.std():.3g} N rms"
     if result.repeated:
         note += f"; {result.repeated} repeated force samples left out: the force sensor is slower than the recording"
     if result.misfit > 2.0:
         note += f"; the model explains the data in part only: variances scaled by up to {result.misfit:.2g} times"
-    return note
+    return f"{note}; {'; '.join(dict.fromkeys(map(str, timings)))}"
 
 
 def _parser() -> argparse.ArgumentParser:

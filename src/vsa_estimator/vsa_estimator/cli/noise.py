@@ -49,7 +49,9 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
-        noise = {one.transmission: analyse(one) for one in read_recordings(arguments.input, arguments.transmission)}
+        recordings = read_recordings(arguments.input, arguments.transmission)
+        results = {one.transmission: analyse(one) for one in recordings}
+        noise = {name: signals for name, (signals, _) in results.items()}
         arguments.out.mkdir(parents=True, exist_ok=True)
         write_parameters(arguments.out / "noise.yaml", noise)
         plot(arguments.out / "noise.png", noise)
@@ -61,7 +63,8 @@ def main(argv: list[str] | None = None) -> int:
             [s, f"{a.std:.4g}", f"{a.std**2:.4g}", UNITS[s], f"{a.density:.3g}", f"{a.slope:.2f}", a.classification]
             for s, a in signals.items()
         ]
-        show_table(name, HEADER, table, "Slope of the Allan variance: -1 for white noise.")
+        note = f"Slope of the Allan variance: -1 for white noise. Timing: {results[name][1]}."
+        show_table(name, HEADER, table, note)
     print(f"wrote {arguments.out}/noise.yaml and noise.png")
     return 0
 

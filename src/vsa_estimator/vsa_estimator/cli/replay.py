@@ -68,7 +68,7 @@ def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
     node = transmission.replace("transmission", "estimator")
     values: dict[str, Any] = {}
     for path in (*_installed_configuration(), *([given] if given else [])):
-        values |= node_values(path, node)
+        values |= node_values(path, node, NodeConfig)
     try:
         return build(NodeConfig, values)
     except ConfigurationError as error:

@@ -46,11 +46,22 @@ class ConsistencyMonitor:
         self._checkpoint_time = -math.inf  # [s]
         self._time_in_fault = 0.0  # [s]
         self._tracking_time = 0.0  # of consistent tracking [s]
+        self._is_previous_run = False  # whether no sample has confirmed the coefficients of a previous run
 
     def reset(self) -> None:
         """Drop the checkpoints: the coefficients are new."""
         self._tracking_time = 0.0
         self._parity.reset()
+
+    def begin(self, tracker: Tracker) -> None:
+        """Make the present coefficients, those of a previous run, the checkpoint.
+
+        If they are inconsistent, they are given up: the transmission may be another one, and a shift of one sensor
+        can explain that for some seconds.
+        """
+        self._is_previous_run = True
+        self._time_in_fault = 0.0
+        self._parity.replace(_present(tracker))
 
     def interrupt(self) -> None:
         """Drop the recent steps: the motion has a gap."""
@@ -122,10 +133,14 @@ class ConsistencyMonitor:
     def _suspended(self, tracker: Tracker) -> Decision:
         if self._parity.is_consistent:
             self._parity.end_fault()
+            self._is_previous_run = False
             return Decision(Event.CONSISTENT)
         if self._parity.no_evidence:
             return NOMINAL
         self._time_in_fault += EVALUATION_PERIOD
+        if self._is_previous_run and self._time_in_fault > ISOLATION_TIME:
+            self._is_previous_run = False
+            return Decision(Event.REJECTED, reset=ResetReason.INNOVATION)
         shift = self._parity.isolate_fault() if self._time_in_fault > ISOLATION_TIME else None
         if shift is not None and shift.deflection:
             restore = self.shift_reference(tracker, shift.deflection, shift.std**2)

@@ -12,10 +12,17 @@ class NoiseAdaptation:
 
     def __init__(self, config: EstimatorConfig) -> None:
         """Start from the configured noise."""
-        memory = int(NOISE_MEMORY * config.filter_rate)
-        self.force = NoiseLevel(config.force_noise_std, 0.0, memory)
-        self.deflection = NoiseLevel(config.deflection_std, config.quantisation_std, memory)
+        self._config = config
+        self.force, self.deflection = _force_level(config), _deflection_level(config)
         self.jerk = JerkDensity()
+
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Start again from a configured noise that has changed; the jerk density stays."""
+        before, self._config = self._config, config
+        if config.force_noise_std != before.force_noise_std:
+            self.force = _force_level(config)
+        if config.deflection_noise_std != before.deflection_noise_std:
+            self.deflection = _deflection_level(config)
 
     def restart(self, deflection: float, variance: float) -> None:
         """Let no difference reach across a gap; the motion restarts at a deflection [m] of this variance [m^2]."""
@@ -28,3 +35,11 @@ class NoiseAdaptation:
         self.force.refresh()
         self.deflection.refresh()
         self.jerk.refresh(MIN_JERK_DENSITY if inertia_negligible else MIN_JERK_DENSITY_WITH_INERTIA)
+
+
+def _force_level(config: EstimatorConfig) -> NoiseLevel:
+    return NoiseLevel(config.force_noise_std, 0.0, int(NOISE_MEMORY * config.filter_rate))
+
+
+def _deflection_level(config: EstimatorConfig) -> NoiseLevel:
+    return NoiseLevel(config.deflection_std, config.quantisation_std, int(NOISE_MEMORY * config.filter_rate))

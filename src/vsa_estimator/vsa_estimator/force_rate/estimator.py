@@ -106,6 +106,15 @@ class ForceRateEstimator:
         self._reset_count += 1
         self._reset_reason = reason
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Apply the tunable parameters of another configuration; the estimate stays."""
+        limits = initial_validation(config.force_limit, config.deflection_limit)
+        for field in ("max_force", "max_deflection"):
+            self._validation[field] = limits[field]
+        if config.force_noise_std != self.config.force_noise_std:
+            self._rate_noise = RateNoise(config.force_noise_std)
+        self.config = config
+
     def state(self) -> State:
         """State with coefficients, validity and diagnostics."""
         snapshot = self._snapshot()

@@ -1,4 +1,4 @@
-"""Start values of the filter by regression over the first seconds of motion. Input: samples. Output: a fit.
+"""Start values of the filter: by regression over the first seconds of motion, or those of a previous run.
 
-Permitted imports: vsa_common, vsa_estimator.filter, vsa_estimator.force_law, vsa_estimator.modes, vsa_estimator.settings, vsa_estimator.tuning, numpy
+Permitted imports: vsa_common, vsa_estimator.fault_detection, vsa_estimator.filter, vsa_estimator.force_law, vsa_estimator.modes, vsa_estimator.settings, vsa_estimator.tuning, numpy
 """

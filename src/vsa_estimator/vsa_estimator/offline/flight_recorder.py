@@ -26,8 +26,11 @@ class FlightRecorder:
     no sample is written twice.
     """
 
-    def __init__(self, config: FlightRecorderConfig, name: str) -> None:
-        """`name` is the prefix of the file names. Raises ConfigurationError for a folder that cannot be created."""
+    def __init__(self, config: FlightRecorderConfig, name: str, reset_count: int = 0) -> None:
+        """`name` is the prefix of the file names; a reset beyond `reset_count` is an event.
+
+        Raises ConfigurationError for a folder that cannot be created.
+        """
         self.files = 0  # written
         self.failed = ""  # error of the last failed write
         self._config = config
@@ -42,7 +45,7 @@ class FlightRecorder:
         self._next = self._count = 0
         self._event = ""
         self._due_ns = 0
-        self._reset_count = 0
+        self._reset_count = reset_count
         self._status = Status.INITIALIZING
         self._writer: Thread | None = None
 

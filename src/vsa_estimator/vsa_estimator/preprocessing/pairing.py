@@ -35,6 +35,10 @@ class Pairing:
         self._pairs: dict[int, Sample] = {}
         self._newest_force_ns = self._newest_encoder_ns = 0
 
+    def set_windows(self, tolerance_ns: int, window_ns: int) -> None:
+        """Apply another greatest distance of two stamps and reorder window [ns]."""
+        self._tolerance_ns, self._window_ns = tolerance_ns, window_ns
+
     def add_force(self, stamp_ns: int, force: float) -> list[Sample]:
         """Add a force [N]; samples that are complete and in order, oldest first."""
         self._check_time_reset(stamp_ns)

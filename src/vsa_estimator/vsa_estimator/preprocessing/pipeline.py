@@ -83,6 +83,16 @@ class Pipeline:
         self.state[:] = _initial_state(self._config)
         self.state["validation"] = validation
 
+    def reconfigure(self, config: EstimatorConfig) -> None:
+        """Apply noise and limits of another configuration; the state of the samples stays."""
+        self._config = config
+        initial = _initial_state(config)
+        self.state["limits"] = initial["limits"]
+        for record in ("force_outliers", "deflection_outliers"):
+            self.state[record]["gate"] = initial[record]["gate"]
+        for bound in ("max_force", "max_deflection"):
+            self.state["validation"][bound] = initial["validation"][bound]
+
     def set_beyond_peak_speed(self, beyond_peak_speed: bool) -> None:
         """Set whether the rod is faster than v*, where its residual vibration is not sensor noise."""
         self.state["beyond_peak_speed"] = beyond_peak_speed

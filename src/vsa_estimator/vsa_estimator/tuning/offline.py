@@ -166,6 +166,15 @@ MIN_NOISE_SAMPLES = _constant(
     "shorter records do not determine a slope",
     "derivation: five averaging times",
 )
+MAX_MISSING_SHARE = _constant(
+    "MAX_MISSING_SHARE",
+    0.02,
+    "1",
+    0.01,
+    0.04,
+    "share of missing samples above which a record does not count as even",
+    "engineering choice: white noise is unaffected, drift is shortened by this share",
+)
 SETTLING_TIMES = _constant(
     "SETTLING_TIMES",
     8.0,

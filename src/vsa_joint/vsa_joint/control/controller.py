@@ -54,6 +54,15 @@ class StiffnessControl:
         self._motors = MotorMap(config)
         self._motion = CoContractionMotion(config.joint)
 
+    def reconfigure(self, config: ControlConfig) -> None:
+        """Apply the tunable parameters of another configuration; the state stays, the set-point filters are the same.
+
+        The time constant of the stiffness set-point changes with the next commanded stiffness.
+        """
+        self._config = config
+        self._dt = 1.0 / config.rate
+        self._motors.reconfigure(config)
+
     def engage(self, measurement: Measurement) -> None:
         """Initialize at the present state, so that the first command is the measured position."""
         self._load = self._torque(measurement)

@@ -21,11 +21,15 @@ class InputMonitor:
     """Checks the inputs once per control period; instants are of a steady clock."""
 
     def __init__(self, config: ControlConfig) -> None:
+        self.reconfigure(config)
+        self._changed_ns = [0, 0]  # last change of each tension
+        self._tension: tuple[float, float] = (math.nan, math.nan)
+
+    def reconfigure(self, config: ControlConfig) -> None:
+        """Apply the tunable parameters of another configuration."""
         self._config = config
         self._timeout_ns = int(config.input_timeout * SECOND_NS)
         self._period_ns = int(SECOND_NS / config.rate)
-        self._changed_ns = [0, 0]  # last change of each tension
-        self._tension: tuple[float, float] = (math.nan, math.nan)
 
     def update(self, inputs: Inputs, now_ns: int) -> None:
         """Record the changes of the tensions; a sensor without noise is frozen."""

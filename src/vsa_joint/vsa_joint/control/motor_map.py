@@ -22,6 +22,10 @@ class MotorMap:
         self._joint = config.joint
         self._zero = (0.0, 0.0)  # tendon travel at motor zero [m]
 
+    def reconfigure(self, config: ControlConfig | JointConfig) -> None:
+        """Apply the tunable parameters of another configuration; the zero stays."""
+        self._config = config
+
     def fit_zero(self, motors: Pair, force: float, angle: float, springs: Springs) -> None:
         """Set the zero so that `motors` [rad] hold an unloaded joint at `angle` [rad] with `force` [N]."""
         radius, self._zero = self._config.motor_pulley_radius, (0.0, 0.0)

@@ -30,6 +30,12 @@ class Supervisor:
         self._followed_ns = 0
         self._damping = 1.0  # N m s/rad, last valid
 
+    def reconfigure(self, config: ControlConfig) -> None:
+        """Apply the tunable parameters of another configuration, without a change of mode."""
+        self.control.reconfigure(config)
+        self._monitor.reconfigure(config)
+        self._command_timeout_ns = int(config.command_timeout * SECOND_NS)
+
     @property
     def mode(self) -> Mode:
         """The operating mode."""

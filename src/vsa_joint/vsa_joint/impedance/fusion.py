@@ -71,6 +71,11 @@ class JointFusion:
         self._newest = JointEstimate(0, (0, 0))
         self._dropped = 0
 
+    def reconfigure(self, config: JointConfig) -> None:
+        """Apply the tunable parameters of another configuration."""
+        self._config = config
+        self._pairing.set_max_skew(config.max_skew * NANOSECONDS)
+
     @property
     def counts(self) -> Counts:
         """Counters since the start."""

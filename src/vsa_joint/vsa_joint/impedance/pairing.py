@@ -57,6 +57,10 @@ class Pairing:
         self._skew_ns = 0.0  # stamp of transmission_1 minus stamp of transmission_2
         self._jitter_ns = JITTER_START_NS  # median deviation of the skew
 
+    def set_max_skew(self, max_skew_ns: float) -> None:
+        """Apply another greatest skew of a pair [ns]."""
+        self._max_skew_ns = max_skew_ns
+
     @property
     def period_ns(self) -> float:
         """Longer sampling period of both transmissions [ns]; 0 before the second sample."""

@@ -109,7 +109,7 @@ class ProcessHarness:
     def wait_until_connected(self, recorded: bool = True) -> None:
         """Return when every published topic has a subscriber; without `recorded`, only the required topics.
 
-        Call it before the rig starts: without samples the driver's diagnostics list its matched readers.
+        The driver's diagnostics list its matched readers.
         """
 
         def unconnected() -> list[str]:
@@ -181,7 +181,7 @@ class ProcessHarness:
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name == f"{self.namespace}/driver":
+            if status.name == f"{self.namespace}/driver: topics":
                 readers = ((value.key.partition("readers ")[2], value.value) for value in status.values)
                 self._matched_readers = {topic: int(found) for topic, found in readers if topic}
 

@@ -138,7 +138,7 @@ class RecordedRun:
         self.diagnostics += [
             Diagnostic(stamp_ns, f"{status.name}: {status.message}")
             for status in message.status
-            if "rig" not in status.name
+            if "rig_simulator" not in status.name
         ]
 
     def _add_command(self, message: Any) -> None:

@@ -14,12 +14,13 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 from vsa_common.config.configuration import ConfigurationError, quantity, string
 from vsa_common.io.bags import BagError, Recording
-from vsa_common.ros.node import ERROR, OK, STEADY, WARN, Health, SuiteNode
+from vsa_common.ros.node import ERROR, OK, STEADY, WARN, Health, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.terminal import Bar, progress
 from vsa_tools.record.spool import Spool
 from vsa_tools.topics import suite_topics
 
+RECORDING = "recording"  # task of the diagnostics
 DISCOVERY_PERIOD_S = 0.5  # [s] between two searches for the additional topics
 
 
@@ -31,10 +32,16 @@ class RecorderConfig:
     topics: tuple[str, ...] = string(
         ("",), "topics of others to record besides, absolute names; their type is looked up"
     )
-    queue_limit: int = quantity(100_000, "", 100, 10_000_000, "messages that may wait for the disk; more are dropped")
+    queue_limit: int = quantity(
+        100_000, "", 100, 10_000_000, "messages that may wait for the disk; more are dropped", tunable=True
+    )
     depth: int = quantity(2000, "", 1, 100_000, "messages of a topic that may wait for this process")
-    flush_period: float = quantity(1.0, "s", 0.05, 60.0, "a crash costs no more than the last so many seconds")
-    disk_reserve: int = quantity(16_000_000, "byte", 0, 10**12, "free space at which the recording is closed")
+    flush_period: float = quantity(
+        1.0, "s", 0.05, 60.0, "a crash costs no more than the last so many seconds", tunable=True
+    )
+    disk_reserve: int = quantity(
+        16_000_000, "byte", 0, 10**12, "free space at which the recording is closed", tunable=True
+    )
 
 
 class RecorderNode(SuiteNode[RecorderConfig]):
@@ -59,7 +66,6 @@ class RecorderNode(SuiteNode[RecorderConfig]):
         for topic, type_name in suite_topics(self.get_namespace()).items():
             self._subscribe(topic, type_name)
         self._own_timers = [self.create_timer(DISCOVERY_PERIOD_S, self._discover, clock=STEADY)]
-        self.get_logger().info(f"recording {len(self._recorded)} topics to {path}")
 
     def stop(self) -> None:
         for timer in self._own_timers:
@@ -68,9 +74,21 @@ class RecorderNode(SuiteNode[RecorderConfig]):
             self.destroy_subscription(subscription)
         self.spool.close()
 
-    def health(self) -> Health:
-        if not self.active:
-            return super().health()
+    def reconfigure(self, config: RecorderConfig) -> None:
+        self.spool.set_limits(config.queue_limit, config.flush_period, config.disk_reserve)
+
+    def health(self) -> Tasks:
+        return {RECORDING: self._health_of_recording()}
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        return (RECORDING,)
+
+    @property
+    def activity(self) -> str:
+        return f"recording {len(self._recorded)} topics to {self._recording.path}"
+
+    def _health_of_recording(self) -> Health:
         spool = self.spool
         values = {"messages": spool.written, "dropped": spool.dropped, "longest_queue": spool.longest_queue}
         if spool.failure:
@@ -99,8 +117,6 @@ class RecorderNode(SuiteNode[RecorderConfig]):
 
     def _discover(self) -> None:
         self._bar.advance(0.0, f"{self.spool.written} messages, {self.spool.dropped} dropped")
-        if self.spool.failure:
-            self.get_logger().error(self.spool.failure, once=True)
         if not self._missing:
             return
         for topic, types in self.get_topic_names_and_types():

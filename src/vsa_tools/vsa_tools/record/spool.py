@@ -33,6 +33,10 @@ class Spool:
         self.failure = ""
         self._thread.start()
 
+    def set_limits(self, limit: int, flush_s: float, reserve: int) -> None:
+        """Apply another limit of the queue [messages], period of the flushes [s] and free space [byte]."""
+        self._limit, self._flush_s, self._reserve = limit, flush_s, reserve
+
     @property
     def written(self) -> int:
         """Messages in the recording."""

@@ -15,6 +15,14 @@ from vsa_common.fork import ForkedTasks, ReportProgress
 from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
 from vsa_common.terminal import progress
+from vsa_estimator.offline.coefficient_file import (
+    UNITS,
+    NamedCoefficients,
+    described,
+    posterior_parameters,
+    write_file,
+)
+from vsa_tools.report.columns import Series
 from vsa_tools.report.data import Run, read_run
 from vsa_tools.report.figures import figure_pages
 from vsa_tools.report.page import page
@@ -48,7 +56,7 @@ def write(
     print_files: bool = True,
     on_step: Callable[[str], None] = lambda text: None,
 ) -> Path:
-    """Write `out`/report.html and, with `print_files`, report.pdf and figures/*.png of a bag; returns the page's path.
+    """Write `out`/report.html, coefficients.yaml and, with `print_files`, report.pdf, figures/*.png; the page's path.
 
     `truth` is the CSV file of the simulated rig; default: truth.csv in the bag's folder or next to it, if present.
     `on_step` is called with the name of each step. Raises BagError or TableError where a file cannot be read.
@@ -66,6 +74,7 @@ def write(
 
     def write_page() -> None:
         target.write_text(page(title, lead, warnings(run), tables, pages, _texts(run)), encoding="utf-8")
+        write_coefficients(run, out / "coefficients.yaml")
 
     def write_pdf(_: ReportProgress) -> None:
         first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
@@ -80,6 +89,34 @@ def write(
     write_page()
     tasks.results()
     return target
+
+
+def write_coefficients(run: Run, path: Path) -> bool:
+    """Write the coefficients at the end with covariance, start values of another run; whether a stiffness was valid."""
+    sections: dict[str, object] = {}
+    remarks: list[str] = []
+    for joint in run.joints:
+        for side in joint.transmissions:
+            coefficients = last_coefficients(side.state) if side.state is not None else None
+            if side.state is None or coefficients is None:
+                continue
+            node = f"{joint.name.rstrip('/')}/{side.name.replace('transmission', 'estimator')}"
+            sections[node] = {"ros__parameters": {"initial": {"posterior": posterior_parameters(coefficients)}}}
+            remarks += described(node, coefficients, f"{run.path.resolve().name}, {side.state.time[-1]:.1f} s")
+    if sections:
+        write_file(path, sections, remarks)
+    return bool(sections)
+
+
+def last_coefficients(state: Series) -> NamedCoefficients | None:
+    """Coefficients of the last EstimatorState of a recording; None where its stiffness is not valid."""
+    names = tuple(UNITS)
+    covariance = np.array([state[f"coefficient_covariance_{i + 1}"][-1] for i in range(len(names) ** 2)])
+    values = tuple(float(state[name][-1]) for name in names)
+    if not state.valid("ln_stiffness_reference")[-1] or not np.isfinite([*covariance, *values]).all():
+        return None
+    matrix = covariance.reshape(len(names), len(names))
+    return NamedCoefficients(names, values, matrix, float(state["deflection_reference"][-1]))
 
 
 def all_tables(run: Run, truth: Truths) -> Iterator[Table]:
