@@ -89,7 +89,7 @@ MIN_PROBABILITY = _constant("MIN_PROBABILITY", 1e-4, "1", 1e-8, 1e-2,
 REFUTATION = _constant("REFUTATION", 18.0, "nat", 5.0, 20.0,
     "log likelihood below the best member at which the exponential law counts as refuted", "odds of 7e7")  # fmt: skip
 ADEQUACY_TIME = _constant("ADEQUACY_TIME", 0.5, "s", 0.1, 5.0,
-    "time constant of the NIS that tells whether the bank explains the force", "a quarter of REFUTATION_TIME")  # fmt: skip
+    "time constant of the mean NIS of the bank", "a quarter of REFUTATION_TIME")  # fmt: skip
 REFUTATION_TIME = _constant("REFUTATION_TIME", 2.0, "s", 0.2, 20.0,
     "time for which the exponential law stays at that bound until it is refuted", _MEASURED)  # fmt: skip
 MIN_AGE = _constant("MIN_AGE", 6.0, "s", 2.0, 30.0,

@@ -1,0 +1,82 @@
+"""The bank of laws on simulated transmissions whose law it does not know."""
+
+import numpy as np
+import pytest
+from vsa_common.accel import ACCELERATED
+from vsa_estimator.estimator import Estimator
+from vsa_estimator.general.bank import Bank
+from vsa_estimator.modes import Mode
+from vsa_estimator.settings import EstimatorConfig, Initial
+from vsa_simulator.laws.config import ForceLaws
+from vsa_simulator.laws.springs import SpringConfig
+from vsa_simulator.rig.config import SensorErrorConfig
+from vsa_simulator.rig.motion import Tone, tones
+from vsa_simulator.rig.recording import Simulation, TransmissionVariant
+
+pytestmark = pytest.mark.skipif(not ACCELERATED, reason="the bank is too slow in plain Python")
+
+MIX = tones(0.0095, Tone(0.0032, 0.07), Tone(0.00025, 0.6, 1.1), Tone(0.0001, 1.2, 2.2))
+NOISE = (0.017**2, 1e-10 + 1e-10 / 12.0)  # variances of force [N^2] and deflection [m^2]
+
+
+def simulated(spring="exponential", duration=30.0, **sensor_errors):
+    laws = ForceLaws(spring=SpringConfig(spring)) if spring != "exponential" else ForceLaws()
+    variant = TransmissionVariant(laws=laws, sensor_errors=SensorErrorConfig(**sensor_errors))
+    simulation = Simulation(variant, MIX, duration=duration, rate_hz=100)
+    return simulation, simulation.recording(seed=1)
+
+
+def run(bank, recording):
+    """ln stiffness and its variance after each sample (n, 2); repetitions end at once."""
+    out = np.zeros((recording.force.size, 2))
+    for i, (force, deflection) in enumerate(zip(recording.force, recording.deflection, strict=True)):
+        bank.step(0.01, (float(deflection), NOISE[1]), (float(force), NOISE[0]), Initial().k2)
+        while bank.is_repeating:
+            bank.repeat_slice()
+        out[i] = bank.impedance[0]["ln_stiffness"], bank.impedance[0]["ln_stiffness_variance"]
+    return out
+
+
+def test_the_stiffness_of_unknown_springs_is_accurate_and_the_intervals_hold():
+    covered = []
+    for spring in ("quadratic", "sinh", "linear"):
+        simulation, recording = simulated(spring)
+        ln_stiffness, variance = run(Bank(Initial(), 100.0), recording)[2000:].T
+        error = ln_stiffness - np.log(simulation.stiffness[2000:])
+        assert np.median(np.abs(error)) < 0.005, spring
+        covered.append(np.mean(np.abs(error) < 1.96 * np.sqrt(variance)))
+    assert np.mean(covered) > 0.9  # errors of one run are correlated over seconds: its coverage alone says little
+
+
+def test_the_exponential_law_has_the_greatest_probability_on_the_papers_transmission():
+    _, recording = simulated()
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording)
+    assert bank.exponential_probability > 0.5
+
+
+def test_a_lagging_force_is_attributed_to_a_delay():
+    _, recording = simulated(force_delay=0.005)
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording)
+    assert "delay" in bank.description
+
+
+def test_after_a_gap_the_law_is_kept():
+    simulation, recording = simulated("quadratic")
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording)
+    bank.interrupt(float(recording.deflection[-1]), NOISE[1])
+    bank.step(0.01, (float(recording.deflection[-1]), NOISE[1]), (float(recording.force[-1]), NOISE[0]), Initial().k2)
+    assert bank.impedance[0]["ln_stiffness"] == pytest.approx(np.log(simulation.stiffness[-1]), abs=0.05)
+
+
+@pytest.mark.parametrize(("spring", "mode"), [("exponential", Mode.TRACKING), ("quadratic", Mode.GENERAL)])
+def test_the_estimator_changes_to_the_bank_only_where_the_law_is_refuted(spring, mode):
+    simulation, recording = simulated(spring, 40.0)
+    estimator = Estimator(EstimatorConfig(elastic_law="automatic"))
+    rows = estimator.add_many(recording.stamp_ns, recording.force, recording.deflection)
+    assert estimator._supervisor.modes.mode is mode
+    error = rows["stiffness"][3000:] / simulation.stiffness[3000:] - 1.0
+    assert rows["stiffness_valid"][3000:].all()
+    assert np.median(np.abs(error)) < 0.005
