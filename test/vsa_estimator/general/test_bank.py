@@ -45,7 +45,7 @@ def test_the_stiffness_of_unknown_springs_is_accurate_and_the_intervals_hold():
         error = ln_stiffness - np.log(simulation.stiffness[2000:])
         assert np.median(np.abs(error)) < 0.005, spring
         covered.append(np.mean(np.abs(error) < 1.96 * np.sqrt(variance)))
-    assert np.mean(covered) > 0.9  # errors of one run are correlated over seconds: its coverage alone says little
+    assert np.mean(covered) > 0.9  # errors of one run are correlated over seconds
 
 
 def test_the_exponential_law_has_the_greatest_probability_on_the_papers_transmission():
