@@ -57,7 +57,7 @@ class Estimator:
         self._pending: list[Decimated] | None  # finished blocks without their filter step
         self._snapshot: Record
         self._begin()
-        precompile()
+        precompile(with_bank=config.elastic_law == "automatic")
 
     def add(self, stamp_ns: int, force: float, deflection: float) -> Estimate | None:
         """Estimate at a sample of rod force [N] and deflection [m]; None for a dropped sample, which is counted.

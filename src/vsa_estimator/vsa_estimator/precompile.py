@@ -16,8 +16,8 @@ from vsa_estimator.preprocessing.pipeline import Pipeline
 from vsa_estimator.settings import EstimatorConfig
 
 
-def precompile() -> None:
-    """Call every compiled function once with arguments of the types that samples have."""
+def precompile(with_bank: bool = False) -> None:
+    """Call every compiled function once with arguments of the types that samples have, the bank if `with_bank`."""
     pipeline, tracker, snapshot = Pipeline(EstimatorConfig()), _moving_tracker(), np.zeros(1, SNAPSHOT)
     predict(tracker.state, snapshot, 10**9, 10**9, 0.01, ALIVE)
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
@@ -30,7 +30,7 @@ def precompile() -> None:
         process_sample(pipeline.state, tracker.state, snapshot, stamp_ns, 30.0, 0.01)
     _ = tracker.sufficient_stroke, pipeline.is_decimating  # properties that call compiled functions
     parity.isolate_fault()
-    if ACCELERATED:
+    if with_bank and ACCELERATED:
         _run_bank()
     noise.refresh()
 
