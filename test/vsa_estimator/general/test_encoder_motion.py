@@ -1,0 +1,84 @@
+"""Motion and snap density of simulated white snap."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from vsa_estimator.general.encoder_motion import EncoderMotion
+from vsa_estimator.general.records import ENCODER, MOTION
+from vsa_estimator.tuning.filter import PSD_SCALE
+from vsa_estimator.tuning.general import DENSITY_WINDOW, MIN_SNAP_DENSITY
+
+DT, VARIANCE = 0.01, 1e-10
+
+
+def white_snap(density, steps, seed):
+    """Motion (steps, 4) driven by white snap [m^2/s^7], integrated at a tenth of DT, and its measured deflection."""
+    random, h = np.random.default_rng(seed), DT / 10.0
+    state, out = np.array([0.010, 0.0, 0.0, 0.0]), np.empty((steps, MOTION))
+    for n in range(steps):
+        for _ in range(10):
+            x, v, a, j = state
+            step = (x + h * v + h * h * a / 2.0 + h**3 * j / 6.0, v + h * a + h * h * j / 2.0, a + h * j, j)
+            state = np.array(step)
+            state[3] += np.sqrt(density * h) * random.standard_normal()
+        out[n] = state
+    return out, out[:, 0] + np.sqrt(VARIANCE) * random.standard_normal(steps)
+
+
+def filtered(deflections):
+    """Means (n, 4), covariances (n, 4, 4) and densities (n,) after each deflection."""
+    motion, record = EncoderMotion(), np.zeros(1, ENCODER)
+    motion.restart(deflections[0], VARIANCE)
+    rows = np.zeros(len(deflections), ENCODER)
+    for n, deflection in enumerate(deflections):
+        if n:
+            motion.add(DT, deflection, VARIANCE)
+        motion.write(record)
+        rows[n] = record[0]
+    return rows
+
+
+@pytest.mark.parametrize("density", [1e-3, 1e-1, 10.0])
+def test_the_density_of_white_snap_is_found(density):
+    _, measured = white_snap(density, 1200, seed=2)
+    assert 0.3 < filtered(measured)["density"][-1] / (PSD_SCALE * density) < 3.0
+
+
+def test_the_motion_is_recovered_within_its_covariance():
+    truth, measured = white_snap(0.1, 1500, seed=3)
+    rows = filtered(measured)
+    error = rows["mean"] - truth
+    nees = np.array([e @ np.linalg.solve(p, e) for e, p in zip(error[500:], rows["covariance"][500:], strict=True)])
+    # Errors are correlated over some 0.1 s: about 100 independent ones.
+    assert chi2.ppf(1e-4, 400) / 100 < nees.mean() < chi2.ppf(1.0 - 1e-4, 400) / 100
+    assert np.std(error[500:, 0]) < np.std(measured[500:] - truth[500:, 0])
+
+
+def test_at_rest_the_density_is_at_its_lower_limit():
+    measured = 0.010 + np.sqrt(VARIANCE) * np.random.default_rng(4).standard_normal(1200)
+    rows = filtered(measured)
+    assert rows["density"][-1] == MIN_SNAP_DENSITY
+    assert abs(rows["mean"][-1][1]) < 1e-4
+
+
+def test_the_density_changes_at_the_end_of_a_window_only():
+    _, measured = white_snap(10.0, 200, seed=5)
+    density = filtered(measured)["density"]
+    changes = np.flatnonzero(np.diff(density)) + 1
+    window = round(DENSITY_WINDOW / DT)
+    assert len(changes) > 1
+    assert all(min(change % window, -change % window) <= 1 for change in changes)
+
+
+def test_a_restart_keeps_the_density():
+    _, measured = white_snap(0.1, 1000, seed=6)
+    motion, record = EncoderMotion(), np.zeros(1, ENCODER)
+    motion.restart(measured[0], VARIANCE)
+    for deflection in measured[1:]:
+        motion.add(DT, deflection, VARIANCE)
+    motion.write(record)
+    density = float(record["density"][0])
+    motion.restart(0.005, VARIANCE)
+    motion.write(record)
+    assert record["density"][0] == density
+    assert record["mean"][0] == pytest.approx([0.005, 0.0, 0.0, 0.0])
