@@ -42,6 +42,6 @@ def test_an_estimate_overtaken_by_a_prediction_is_counted_and_not_published(node
     assert [estimate.stamp_ns for estimate in published if estimate.status is Status.STALE] == [
         last + ahead * MS for ahead in (50, 60, 70, 80)
     ]
-    values = node.health()[2]
+    [(_, _, values)] = node.health().values()
     assert values["samples_fused"] == 103
     assert values["estimates_overtaken"] == 2
