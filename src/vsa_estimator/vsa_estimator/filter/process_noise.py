@@ -128,16 +128,16 @@ class JerkDensity:
         """Close a window and update the density [m^2/s^5], not below `minimum`; the new value."""
         self._recent.append(self._likelihood.copy())
         self._likelihood[:] = 0.0
-        estimate = _maximum_likelihood(np.sum(self._recent, axis=0))
+        estimate = maximum_likelihood(CANDIDATES, np.sum(self._recent, axis=0))
         self.ml_estimate, self.density = max(minimum, estimate), max(minimum, PSD_SCALE * estimate)
         return self.density
 
 
-def _maximum_likelihood(likelihood: Array) -> float:
-    """Density of the maximum of the log likelihood, by the parabola through the three best candidates."""
+def maximum_likelihood(candidates: Array, likelihood: Array) -> float:
+    """Density of the greatest log likelihood over geometric `candidates`, by the parabola through three of them."""
     top = int(np.argmax(likelihood))
-    if not 0 < top < len(CANDIDATES) - 1:
-        return float(CANDIDATES[top])
+    if not 0 < top < len(candidates) - 1:
+        return float(candidates[top])
     before, at, after = likelihood[top - 1 : top + 2]
     shift = 0.5 * (before - after) / (before - 2.0 * at + after)
-    return float(CANDIDATES[top] * (CANDIDATES[1] / CANDIDATES[0]) ** shift)
+    return float(candidates[top] * (candidates[1] / candidates[0]) ** shift)

@@ -1,4 +1,4 @@
 """Transmission of unknown laws: a bank of filters that are linear in the coefficients. Input: filter steps. Output: impedance.
 
-Permitted imports: vsa_common, vsa_estimator.settings, vsa_estimator.tuning, numpy
+Permitted imports: vsa_common, vsa_estimator.filter, vsa_estimator.force_law, vsa_estimator.settings, vsa_estimator.tuning, numpy
 """

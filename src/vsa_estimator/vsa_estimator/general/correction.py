@@ -5,6 +5,8 @@ import math
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.filter.ekf import inflate_innovation
+from vsa_estimator.force_law.friction import friction_model_std, smoothing_speed
 from vsa_estimator.general.basis import damping_spline
 from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.records import (
@@ -34,7 +36,7 @@ from vsa_estimator.tuning.filter import (
     REVERSAL_TIME,
     SOFT_GATE,
 )  # fmt: skip
-from vsa_estimator.tuning.force_law import COULOMB_SPEED, MIN_D1
+from vsa_estimator.tuning.force_law import MIN_D1
 from vsa_estimator.tuning.general import (
     MAX_DAMPING_UNCERTAINTY,
     MAX_DELAY,
@@ -43,8 +45,6 @@ from vsa_estimator.tuning.general import (
     MOTION_GATE,
     UNEXPLAINED_TIME,
 )  # fmt: skip
-
-FORM = 3.0**-0.5  # root mean square of a uniform distribution over 0 to 1
 
 
 @compiled
@@ -159,7 +159,7 @@ def correct_force(member: Record, geometry: Record, step: Record) -> None:
     z, p, bias, gain, dt = one["mean"], one["covariance"], one["bias"], one["gain"], now["dt"]
     active = one["active"][: one["count"]]
     gradient, law = np.zeros(SIZE), np.empty(1, LAW)
-    coulomb_speed = math.sqrt(COULOMB_SPEED**2 + 1.5 * (p[V, V] + (z[A] * dt) ** 2 / 12.0))
+    coulomb_speed = smoothing_speed(z[A], p[V, V], dt)
     expected = general_force(member, geometry, coulomb_speed, math.sqrt(p[V, V]), gradient, law)
     mean, spread, stiffness, damping = second_order(member, geometry, law)
     own = CROSS_NOISE_SHARE * law[0]["stiffness"] ** 2 * now["deflection_variance"]
@@ -178,11 +178,10 @@ def correct_force(member: Record, geometry: Record, step: Record) -> None:
     one["stiffness"] = max(law[0]["stiffness"], 1.0)
     if nis > HARD_GATE:
         return
-    inflated = variance * (nis / SOFT_GATE) ** FORCE_INFLATION if nis > SOFT_GATE else variance
+    inflated = inflate_innovation(nis, variance, FORCE_INFLATION)
     gain[:] = ph / inflated
     partial_update(member, law, stiffness, damping, gain)
-    form = FORM * abs(law[0]["friction"]) * (np.sign(z[V]) - math.tanh(z[V] / coulomb_speed))
-    error = form
+    error = friction_model_std(z[V], abs(law[0]["friction"]), coulomb_speed)
     for j in active:
         error -= gradient[j] * bias[j]
     bias += gain * error

@@ -6,6 +6,7 @@ from collections import deque
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.filter.process_noise import maximum_likelihood
 from vsa_estimator.general.prediction import add_snap_noise
 from vsa_estimator.general.records import MOTION, Record
 from vsa_estimator.tuning.filter import BANK_NIS_CAP, INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD, PSD_SCALE
@@ -70,13 +71,8 @@ class EncoderMotion:
         self._recent.append(self._likelihood.copy())
         self._likelihood[:] = 0.0
         total = np.sum(self._recent, axis=0)
-        best = self._best = int(np.argmax(total))
-        shift = 0.0
-        if 0 < best < CANDIDATES.size - 1:
-            before, at, after = total[best - 1 : best + 2]
-            shift = 0.5 * (before - after) / (before - 2.0 * at + after)
-        likely = CANDIDATES[best] * (CANDIDATES[1] / CANDIDATES[0]) ** shift
-        self._density = max(MIN_SNAP_DENSITY, PSD_SCALE * float(likely))
+        self._best = int(np.argmax(total))
+        self._density = max(MIN_SNAP_DENSITY, PSD_SCALE * maximum_likelihood(CANDIDATES, total))
 
     def write(self, encoder: Record) -> None:
         """Write motion, covariance and density into `encoder`, (1,) ENCODER."""

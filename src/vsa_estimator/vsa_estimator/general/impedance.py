@@ -5,9 +5,10 @@ import math
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.force_law.damper import damping as paper_damping
+from vsa_estimator.force_law.damper import damping_slope, peak_speed
 from vsa_estimator.general.basis import cubic, cubic_slope, damping_spline, locate
 from vsa_estimator.general.lack_of_fit import inflation
-from vsa_estimator.general.law import cubic_peak_speed
 from vsa_estimator.general.records import (
     D0,
     D1,
@@ -59,10 +60,10 @@ def damping(member: Record, geometry: Record, gradient: Array) -> tuple[float, f
             gradient[i + j] = w[j]
             gradient[V] += slope[j] * z[i + j]
         return value, gradient[V], False
-    peak = cubic_peak_speed(z[D1], z[D2])
+    peak = peak_speed(z[D1], z[D2])
     if abs(v) < peak:
-        value = z[D1] + 3.0 * z[D2] * v * v
-        gradient[D1], gradient[D2], gradient[V] = 1.0, 3.0 * v * v, 6.0 * z[D2] * v
+        value = paper_damping(z[D1], z[D2], v)
+        gradient[D1], gradient[D2], gradient[V] = 1.0, 3.0 * v * v, damping_slope(z[D2], v)
     return value, gradient[V], abs(v) > PEAK_FRACTION * peak
 
 

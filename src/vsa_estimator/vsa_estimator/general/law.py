@@ -9,6 +9,8 @@ import math
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.force_law.damper import clip_speed, damper_terms, peak_speed
+from vsa_estimator.force_law.friction import friction_slope, smoothed_sign
 from vsa_estimator.general.basis import add_integrals, cubic, cubic_slope, damper_integrals, growth_factor, locate
 from vsa_estimator.general.records import (
     D0,
@@ -34,10 +36,8 @@ from vsa_estimator.general.records import (
     X,
 )  # fmt: skip
 from vsa_estimator.tuning.general import (
-    MIN_CUBIC,
     MIN_SPEED_STD,
     STRIBECK_SPEEDS,
-    UNBOUNDED_SPEED,
 )  # fmt: skip
 
 STRIBECK_SPEED = np.array(STRIBECK_SPEEDS)
@@ -52,12 +52,6 @@ LAW = np.dtype([
     ("below_peak", "f8"), ("clipped", "f8"),  # of the paper's damper
     ("friction", "f8"), ("friction_slope", "f8"),  # amplitude [N], slope [N s/m]
 ])  # fmt: skip
-
-
-@compiled
-def cubic_peak_speed(d1: float, d2: float) -> float:
-    """Speed v* [m/s] of the greatest force of the paper's damper, eq. (5)."""
-    return min(math.sqrt(d1 / (-3.0 * d2)), UNBOUNDED_SPEED) if d2 < -MIN_CUBIC and d1 > 0.0 else UNBOUNDED_SPEED
 
 
 @compiled
@@ -89,7 +83,7 @@ def add_damper(member: Record, geometry: Record, speed_std: float, gradient: Arr
     """Mean damper force [N] over a Gaussian speed, and its gradient; statistical linearisation into `law`."""
     z, linear, out = member[0]["mean"], member[0]["linear"], law[0]
     std, basis = max(speed_std, MIN_SPEED_STD), np.empty(DAMPER_SIZE)
-    peak = cubic_peak_speed(linear[D1], linear[D2])
+    peak = peak_speed(linear[D1], linear[D2])
     force, mean, square, slope, below = 0.0, 0.0, 0.0, 0.0, 0.0
     for n in range(3):
         v, weight, at = out["speed"] + HERMITE[n] * std, HERMITE_WEIGHTS[n], 0.0
@@ -100,9 +94,9 @@ def add_damper(member: Record, geometry: Record, speed_std: float, gradient: Arr
                 force += weight * basis[j] * z[DAMPER + j]
                 gradient[DAMPER + j] += weight * basis[j]
         else:
-            c = min(max(v, -peak), peak)
-            at = linear[D1] * c + linear[D2] * c**3
-            force += weight * (z[D1] * c + z[D2] * c**3)
+            c = clip_speed(v, peak)
+            at = sum(damper_terms(linear[D1], linear[D2], c))
+            force += weight * sum(damper_terms(z[D1], z[D2], c))
             gradient[D1] += weight * c
             gradient[D2] += weight * c**3
             below += weight if abs(c) < peak else 0.0
@@ -111,7 +105,7 @@ def add_damper(member: Record, geometry: Record, speed_std: float, gradient: Arr
         slope += weight * at * HERMITE[n] / std
     out["damper_slope"], out["below_peak"] = slope, below
     out["damper_variance"] = max(square - mean * mean - (slope * std) ** 2, 0.0)
-    out["clipped"] = min(max(out["speed"], -peak), peak)
+    out["clipped"] = clip_speed(out["speed"], peak)
     return force
 
 
@@ -120,7 +114,7 @@ def add_friction(member: Record, coulomb_speed: float, gradient: Array, law: Rec
     """Friction force [N] with a Stribeck dip, and its gradient."""
     z, linear, out = member[0]["mean"], member[0]["linear"], law[0]
     v = out["speed"]
-    sign = math.tanh(v / coulomb_speed)
+    sign = smoothed_sign(v, coulomb_speed)
     amplitude, slope, force = linear[D0], 0.0, z[D0] * sign
     gradient[D0] = sign
     for k in range(STRIBECK_SIZE):
@@ -130,7 +124,7 @@ def add_friction(member: Record, coulomb_speed: float, gradient: Array, law: Rec
         amplitude += near * linear[STRIBECK + k]
         slope -= 2.0 * v / STRIBECK_SPEED[k] ** 2 * near * linear[STRIBECK + k]
     out["friction"] = amplitude
-    out["friction_slope"] = amplitude * (1.0 - sign * sign) / coulomb_speed + slope * sign
+    out["friction_slope"] = friction_slope(amplitude, sign, coulomb_speed) + slope * sign
     return force
 
 

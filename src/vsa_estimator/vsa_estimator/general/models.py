@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.types import Array
+from vsa_estimator.force_law.damper import peak_speed
 from vsa_estimator.general.basis import fill_table
 from vsa_estimator.general.records import (
     D0,
@@ -37,6 +38,7 @@ from vsa_estimator.general.records import (
 )  # fmt: skip
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD, MIN_ELASTIC_FORCE
+from vsa_estimator.tuning.force_law import UNBOUNDED_SPEED
 from vsa_estimator.tuning.general import (
     CUBIC_STD,
     DAMPER_SHAPE_LENGTH,
@@ -46,7 +48,6 @@ from vsa_estimator.tuning.general import (
     INITIAL_JERK_STD,
     LEVEL_RATE_TIME,
     LEVEL_STD,
-    MIN_CUBIC,
     RELAXATION_STD,
     SHAPE_LENGTH,
     SHAPE_STD,
@@ -105,7 +106,8 @@ def matern(at: NDArray[np.floating[Any]], length: float, std: float) -> Array:
 
 def peak_speed_of(initial: Initial) -> float:
     """v* [m/s] of the initial damper, or a usual one."""
-    return math.sqrt(initial.d1 / (-3.0 * initial.d2)) if initial.d2 < -MIN_CUBIC else SPARE_SPEED
+    speed = float(peak_speed(initial.d1, initial.d2))
+    return speed if speed < UNBOUNDED_SPEED else SPARE_SPEED
 
 
 def geometry_at(initial: Initial, deflection: float, growth: float) -> Record:

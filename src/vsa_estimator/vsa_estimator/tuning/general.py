@@ -16,10 +16,6 @@ STOP_TRAVELS = _constant("STOP_TRAVELS", (0.05e-3, 0.2e-3, 0.8e-3), "m", 1e-6, 1
     "travels of the stop operators of the hysteresis: a factor 4 apart", _MEASURED)  # fmt: skip
 LEVEL_RATE_TIME = _constant("LEVEL_RATE_TIME", 3.0, "s", 0.3, 30.0,
     "correlation time of the level's rate", _MEASURED)  # fmt: skip
-UNBOUNDED_SPEED = _constant("UNBOUNDED_SPEED", 1.0, "m/s", 0.1, 10.0,
-    "peak speed v* of a damper without a significant cubic term", "above every speed of a transmission")  # fmt: skip
-MIN_CUBIC = _constant("MIN_CUBIC", 1e5, "N s^3/m^3", 1e3, 1e6,
-    "-d2 below which the damper counts as linear", "v* above 0.1 m/s for d1 of 4000 N s/m")  # fmt: skip
 MIN_SPEED_STD = _constant("MIN_SPEED_STD", 1e-6, "m/s", 1e-8, 1e-5,
     "lower limit of the interval of the statistical linearisation", "keeps the quotient finite")  # fmt: skip
 SPRING_SPACING = _constant("SPRING_SPACING", 0.5, "1/k2", 0.1, 2.0,
