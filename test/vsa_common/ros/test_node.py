@@ -184,6 +184,7 @@ def test_qos_overrides_change_the_policies(start, tmp_path):
     seen.until(lambda: seen.node.get_publishers_info_by_topic("/vsa/text"))
     (info,) = seen.node.get_publishers_info_by_topic("/vsa/text")
     assert info.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+    assert (RELIABLE.reliability, RELIABLE.depth) == (ReliabilityPolicy.RELIABLE, 1000)  # of all other topics
 
 
 PROCESS = """

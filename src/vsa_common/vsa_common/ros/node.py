@@ -7,6 +7,7 @@ ends with `main = lambda: run(ItsNode)`, of `vsa_common.ros.process`.
 import threading
 import time
 from collections.abc import Callable
+from copy import copy
 from typing import Any, Generic, NoReturn, TypeVar
 
 from rclpy.clock import Clock, ClockType
@@ -101,15 +102,16 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """What the active node does, for the log: bus, transmissions, rate."""
         return ""
 
-    # Topics, without rclpy's QoS events: see vsa_common.ros.qos. Parameters `qos_overrides.*` change the policies.
+    # Topics, without rclpy's QoS events: see vsa_common.ros.qos. Parameters `qos_overrides.*` change the policies, of a
+    # copy: rclpy writes them into the profile that it is given, and one profile serves many topics.
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any, **options: Any) -> Any:
         options |= _options(topic, PublisherEventCallbacks(use_default_callbacks=False))
-        return super().create_publisher(msg_type, topic, qos_profile, **options)
+        return super().create_publisher(msg_type, topic, copy(qos_profile), **options)
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any) -> Any:
         options |= _options(topic, SubscriptionEventCallbacks(use_default_callbacks=False))
-        return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
+        return super().create_subscription(msg_type, topic, callback, copy(qos_profile), **options)
 
     # Lifecycle.
 
