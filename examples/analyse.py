@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Spring constants of a recording by numpy: a fit of ln(stiffness) over deflection beside the estimator's k2.
 
 python examples/analyse.py vsa_demo/bag

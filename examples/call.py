@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Call a service of the suite without the ros2 command.
 
 python examples/call.py driver/tare

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Torque control through a joint of variable stiffness: gain scheduling on the live estimate.
 
 The joint is a spring of stiffness K between the motors and the link. The equilibrium angle sets its torque, so the gain

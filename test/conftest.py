@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Makes test/shared importable, and repeats live tests that fail while the host suspends the cores.
 
 A live test (`pytest.mark.live`: real processes against the wall clock) that fails while the host of a virtual machine

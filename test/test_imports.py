@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """House rules on imports: doors to libraries, layers of packages, permitted imports of folders, no cycles.
 
 The docstring of a folder's `__init__.py` has the line `Permitted imports: a, b.c, d`; it ends at an empty line. A name

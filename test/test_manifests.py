@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """package.xml of each package: its dependencies are the imports of its source and its tests, and keys of rosdep.
 
 A library without a rosdep key is a `pip_depend` of the export section; requirements/suite.txt installs it.

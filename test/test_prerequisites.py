@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The line for what the tests lack, and the end of the session with it."""
 
 from pathlib import Path

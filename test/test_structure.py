@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """House rules on size: modules, functions, parameters, folders; the tests mirror the packages."""
 
 import ast

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Repetition of live tests by test/conftest.py, by the time for which the host suspended the cores."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """One version of all packages: that of package.xml, which is the newest one in CHANGELOG.md."""
 
 import re

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Identifiers, comments, strings and documents use technical terms: none of WORDS, which are metaphors here.
 
 CHANGELOG.md and docs/decisions name former identifiers and are exempt. A word with a technical meaning in this project

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 from xml.etree import ElementTree
 
 from setuptools import find_packages, setup

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The C++ subscriber of examples/: its text of a message, compiled with the headers of vsa_msgs; its CMakeLists.
 
 rclcpp is not among the wheels: subscribe.cpp itself is compiled where ROS 2 is installed.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Every command block of README.md and docs/ is run.
 
 A block is a ```bash fence. It runs as it stands, block after block of a document in one folder, and must end with 0,

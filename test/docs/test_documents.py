@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Documents: a measurement for each parameter, links to existing targets, existing modules."""
 
 import importlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The gain-scheduling controller of examples/, with joint messages published by the test."""
 
 import importlib.util

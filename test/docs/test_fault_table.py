@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """docs/reference/faults.md is complete: every row lists tests, and every listed test exists."""
 
 import re

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """docs/reference has the tables that the code generates."""
 
 from pathlib import Path

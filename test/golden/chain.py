@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Rig, both estimators, joint fusion and stiffness controller, step by step without a clock: the output of each."""
 
 from dataclasses import fields, is_dataclass, replace

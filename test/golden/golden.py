@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Golden traces: the same samples must give the same estimates, equal to the bit.
 
     ./vsa golden check      compare with traces.json; exit code 1 and one line for each difference

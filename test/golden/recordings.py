@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Recordings behind the golden traces: bench cases, rehearsed faults, disturbed stamps, and one of a live run.
 
 Each is a list of samples (stamp [ns], force [N], deflection [m]) with the estimator's configuration.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures that the tools compute from a stored run of `./vsa demo --scenario stiffness_steps`."""
 
 import argparse

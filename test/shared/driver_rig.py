@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The rig's side of a driver under test: its process, CAN frames on a multicast socket, a real ROS 2 subscriber."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A machine with ROS 2 Jazzy, emulated by links to the wheels of this environment.
 
 Its prefix stands for /opt/ros/jazzy: rclpy, messages, build tools, colcon, numpy 1.26, and none of

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Suspension of the cores by the host of a virtual machine: delays that are not caused by the suite."""
 
 import functools

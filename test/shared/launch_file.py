@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`launch_file.py FILE [NAME:=VALUE ...]`: as `ros2 launch FILE ...`, by the launch system or by its stand-in."""
 
 import sys

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The part of the launch API that the launch files use, for environments without ROS's launch system.
 
 `install` puts modules of these names in place; `run` starts a launch file's processes as `ros2 launch` does. Command

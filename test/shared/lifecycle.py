@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Observe nodes of other processes: wait for conditions, and for lifecycle nodes to be active."""
 
 import contextlib

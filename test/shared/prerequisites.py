@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """What the tests need beyond pytest, and one line for what is missing. Imports nothing but the standard library."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Priority of the suite over other processes of the machine, for tests with limits in milliseconds."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The source tree as the tests of the house rules read it: packages, folders, modules, imports."""
 
 import ast

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Streams of transmission estimates for the tests of the joint fusion."""
 
 from vsa_common.config.configuration import build

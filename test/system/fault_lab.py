@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The running suite in the tests of faults: its messages, injection of faults, kills and restarts."""
 
 import signal

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Two network namespaces and a link between them with delay, loss and interruption.
 
 Each host has one end of a veth pair; a thread of this process forwards the packets between the other

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Faults on one running suite: real processes, real CAN frames, real kills. Rows of docs/faults.md."""
 
 import itertools

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stiffness control on one running suite while sensors, an estimator and the commands fail: the motors hold."""
 
 import signal

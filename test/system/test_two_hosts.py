@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Driver on one host, estimators and joint on another: effects of a slow, lossy and cut network."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The real nodes over a real CAN interface, from the simulated rig to the joint and the bag."""
 
 import json

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """analyzers.yaml: every task of the suite is in exactly one group of the aggregated diagnostics."""
 
 from pathlib import Path

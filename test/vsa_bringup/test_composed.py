@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Driver, estimators and joint in one process: estimates as in separate processes; two joints on one CAN FD bus."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Processes of a launch file from its arguments."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Launch files as `ros2 launch` runs them: by the launch system where it is installed, else by its stand-in."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Every path in the layouts for Foxglove, PlotJuggler and rqt_plot names a number of a published message."""
 
 import json

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters that the arguments of a launch file set, and their precedence in rcl."""
 
 import subprocess

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The parameter file: valid for every node, with the values of the paper."""
 
 import importlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Robot description of one joint: a tree of links that has the frames of the suite's messages."""
 
 import math

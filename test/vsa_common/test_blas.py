@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Threads of linear algebra, in processes of their own, counted by threadpoolctl."""
 
 import subprocess

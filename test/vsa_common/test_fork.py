@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parallel tasks in forked processes: results, progress and failures."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Conversion of stamps between nanoseconds and messages."""
 
 from types import SimpleNamespace

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The driver as its own process, between real CAN frames on a multicast socket and a real ROS 2 subscriber."""
 
 import signal

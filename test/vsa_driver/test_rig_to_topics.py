@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Simulated rig and driver as two processes with a CAN bus between them, against the rig's ground truth."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Names and frame_ids of the driver's messages."""
 
 from types import SimpleNamespace

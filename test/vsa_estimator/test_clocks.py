@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The estimator under clocks that jump, stand still, or are not there yet."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The estimator as a process of its own, with samples as from any sensor driver."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Samples that arrive after a published prediction: stamps increase, and each estimate is counted."""
 
 import os

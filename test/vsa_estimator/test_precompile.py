@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Everything is compiled before the first sample: in a process of its own, where nothing is compiled yet."""
 
 import subprocess

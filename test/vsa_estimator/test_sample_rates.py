@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Sample rates of which no whole number of samples makes a filter step."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Samples of a transmission on a prescribed motion: eqs. (2) to (6) evaluated in closed form, nothing integrated."""
 
 from dataclasses import dataclass

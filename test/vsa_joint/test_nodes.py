@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Joint node and stiffness controller as processes: estimates in, motor commands out, holds."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The rig on a bus in real time: frames, commands, ground truth file."""
 
 import csv

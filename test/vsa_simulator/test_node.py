@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The simulated rig as its own process: real frames, real services, real signals."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Deadlines of the rig's samples, at given times."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A recording of the paper's two transmissions with known numbers, for tests: equation (20), Table I, SI."""
 
 from pathlib import Path

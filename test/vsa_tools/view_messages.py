@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Serialized messages and a filled view model of the live page, for tests."""
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus

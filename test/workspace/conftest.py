@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The emulated machine of the tests of this folder, made and set up once."""
 
 import shutil

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Dockerfiles, devcontainer and workflow: their commands, and what of them runs without containers."""
 
 import json

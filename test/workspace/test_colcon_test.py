@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`colcon test` runs the tests of the packages, in an ordinary workspace and in the clone, or names what is missing."""
 
 from xml.etree import ElementTree

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The commands of docs/tutorials/install.md for a workspace with several packages, on the emulated machine.
 
 The block that makes the environment runs as it is printed. The suite's libraries are linked, so pip has nothing to

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa setup` with a sourced ROS 2 Jazzy, on an emulated machine.
 
 What is built runs with the system's rclpy and numpy and the environment's other libraries.

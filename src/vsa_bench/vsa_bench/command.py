@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench estimation|mismatch|live|joint|ablation|view|soak`: figures of the suite, each with its reference."""
 
 import importlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Driver, estimators and joint node in one process for each joint that the parameter file names.
 
 ros2 launch vsa_bringup composed.launch.py config:=my_rig.yaml [namespace:=left] [--show-args]

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Driver, one estimator for each transmission, and the joint node, with one parameter file.
 
 ros2 launch vsa_bringup joint.launch.py config:=my_rig.yaml [namespace:=left] [--show-args]

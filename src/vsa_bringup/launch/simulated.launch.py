@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The suite on the simulated rig; a namespace other than vsa has a bus of its own.
 
 ros2 launch vsa_bringup simulated.launch.py [namespace:=left] [view:=true] [--show-args]

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Arguments of the launch files, checked without the launch system."""
 
 import difflib

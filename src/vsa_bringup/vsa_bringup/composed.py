@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Driver, estimators and joint in one process: samples and estimates are passed on by function calls.
 
 Parameters, topics and services are those of the nodes in separate processes. A parameter file with several joints

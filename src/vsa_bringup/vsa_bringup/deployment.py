@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Processes of a launch file from its options; without the launch system, so that tests need none."""
 
 from collections.abc import Iterator, Sequence

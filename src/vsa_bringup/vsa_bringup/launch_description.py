@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The only module that imports the launch system: a launch description from arguments and programs."""
 
 import sys

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters that arguments of a launch file set, in a file that has precedence over the parameter file of the rig."""
 
 import hashlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Programs of the suite, and a process to start."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Robot description (URDF) of one joint for robot_state_publisher, and its display in RViz."""
 
 import importlib.util

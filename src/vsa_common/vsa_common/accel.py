@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Compilation by numba where it is installed; the same functions in plain Python where it is not."""
 
 import os

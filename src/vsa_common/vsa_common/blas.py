@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Threads of the linear algebra libraries that numpy and scipy have loaded."""
 
 import ctypes

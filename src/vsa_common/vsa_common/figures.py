@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures in the style of the suite, drawn by matplotlib without a display.
 
 >>> figure, (top, bottom) = panels(2, share_x=True)

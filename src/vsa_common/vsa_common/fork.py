@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parallel tasks in forked processes, which inherit the memory of this one; only results are transferred.
 
 Threads are not inherited: a task must not use polars, whose thread pool would block without end.

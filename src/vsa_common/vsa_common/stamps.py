@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Time stamps: integer nanoseconds inside, builtin_interfaces/Time on the wire."""
 
 from typing import Protocol

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Registry of tuned constants: each with unit, range, reason and evidence."""
 
 from typing import NamedTuple, TypeVar, cast

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Types that several packages share: arrays, status and reset reason."""
 
 from enum import IntEnum

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Messages serialized once and rendered in place, at half the cost of a message object."""
 
 import struct

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Node: CAN frames to force and encoder of each transmission; motor commands to the bus."""
 
 import gc

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Samples to topics."""
 
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Impedance of one transmission from its force and deflection, sample by sample.
 
 A sample passes preprocessing, filter and output. Live and replayed samples pass the same code: the same samples give

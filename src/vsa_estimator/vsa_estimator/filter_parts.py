@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parts of the filter of one transmission, and what resets and suspends them."""
 
 from vsa_common.types import ResetReason

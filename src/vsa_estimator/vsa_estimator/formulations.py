@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The filter of the parameter `formulation`, and what both formulations offer."""
 
 from typing import Protocol

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Choice between the filter of the exponential law and the bank of laws: what is published, and the mode."""
 
 import math

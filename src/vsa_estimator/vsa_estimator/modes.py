@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Operating mode of the estimator of one transmission: the modes, the events, and the one table of transitions."""
 
 from enum import Enum, IntEnum, auto

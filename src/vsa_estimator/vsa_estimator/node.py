@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Node of one transmission. Input: force and encoder topics. Output: impedance and estimator_state topics."""
 
 import time

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Compilation of all compiled functions before the first sample."""
 
 import numpy as np

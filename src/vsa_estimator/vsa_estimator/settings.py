@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters of the estimator, in SI; each is a ROS parameter of the same name."""
 
 import math

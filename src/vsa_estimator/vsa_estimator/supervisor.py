@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Filter steps of one transmission, with resets of the position, suspension of updates, and initialization."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Node: stiffness commands and live estimates in, motor commands out; faults hold the motors."""
 
 import time

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Geometry between both transmissions and the joint, with its uncertainty."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Node: impedance of both transmissions in, impedance of the joint out."""
 
 import time

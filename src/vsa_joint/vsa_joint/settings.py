@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters of the joint node and the stiffness controller."""
 
 from dataclasses import dataclass

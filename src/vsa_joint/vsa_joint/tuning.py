@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tuned constants of the joint: unit, range, reason and evidence of each.
 
 An `engineering choice` has neither a derivation nor an ablation.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Frames that the simulated rig sends and receives, by config/vsa_rig.dbc."""
 
 from vsa_driver.can.frames import FrameSet, Message

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Ground truth of a run as a CSV file, for tools and tests; no estimator reads it."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The simulated rig in real time: a thread that paces it, sends its frames and receives its commands."""
 
 import random

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Node: the simulated rig on a CAN bus, in a process of its own."""
 
 import gc

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Deadlines of the simulated rig's samples: absolute instants of a monotonic clock, which is an argument."""
 
 from vsa_common.stamps import NANOSECONDS

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """CHANGELOG.rst of each package, in catkin's format, from the released versions of CHANGELOG.md.
 
 `python -m vsa_tools.changelogs CLONE` writes them. The packages are released together and have the same entries.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The generated blocks of docs/reference: message fields, parameters and launch arguments, from their definitions.
 
 `python -m vsa_tools.reference_tables docs/reference/interfaces.md` renews them between their markers.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The topics of the suite with their types, as docs/reference/interfaces.md lists them."""
 
 WRENCH = "geometry_msgs/msg/WrenchStamped"

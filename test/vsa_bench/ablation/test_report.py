@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Comparison of the trials of a constant: flags, table, Markdown, JSON; and the command."""
 
 import json

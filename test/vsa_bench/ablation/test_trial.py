@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Recordings of the ablation, figures of a run, and trials of the estimator."""
 
 from concurrent.futures import ProcessPoolExecutor

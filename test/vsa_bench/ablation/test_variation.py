@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Half and double of tuned constants, and their application to a package that is imported anew."""
 
 import importlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Consistency of the estimator on recordings that are critical for it: no valid estimate far outside its interval."""
 
 import numpy as np

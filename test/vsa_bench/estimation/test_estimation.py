@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Scores and bound of the bench against analytic values, and its command."""
 
 import json

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Experiment on the joint without ROS: short runs against the truth of the rig."""
 
 import json

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench live` and `./vsa bench view`: counts, delays and processor time."""
 
 import json

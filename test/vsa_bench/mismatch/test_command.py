@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Cases, filters, one case from end to end, and the command."""
 
 import json

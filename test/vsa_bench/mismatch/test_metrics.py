@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures on arrays with known errors, and their aggregate."""
 
 import numpy as np

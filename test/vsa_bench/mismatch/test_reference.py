@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Local regression against analytic springs; real recordings from files."""
 
 import numpy as np

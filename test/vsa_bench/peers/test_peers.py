@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The peers on data that fit their models, and the filter of eq. (17) against its printed form."""
 
 import numpy as np

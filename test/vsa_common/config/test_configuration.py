@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Configuration: one declaration of unit and range for parameters, files and error texts."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Sections of parameter files apply to the nodes to which rcl applies them."""
 
 import subprocess

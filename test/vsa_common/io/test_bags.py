@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Bags: written here and read by another library, and the reverse."""
 
 import shutil

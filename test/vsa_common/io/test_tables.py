@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """CSV tables: columns by name, missing samples, error texts."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Command line of the nodes: help, refusal of other arguments, parameter files without a section."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Serialized messages: equal to those of rclpy's own serialization, in either byte order."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Pauses of a busy thread: when they begin and end, and the order of the messages that they coalesce."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Log lines of a node's health: changes of level and status, at most one in LOG_PERIOD for each task."""
 
 import pytest

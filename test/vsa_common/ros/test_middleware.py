@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The Fast DDS profile of the suite: no shared memory, in which a killed writer blocks its readers."""
 
 import os

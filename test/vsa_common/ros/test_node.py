@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Base class of the nodes: transitions, log, diagnostics and QoS overrides, with a second node that observes them."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters of a node: types stay, texts of numbers are numbers, a dump can be loaded, changes while active."""
 
 import os

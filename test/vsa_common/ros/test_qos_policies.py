@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Incompatible QoS policies, in a process of its own: their events can end a process (ros2/rclpy#1644)."""
 
 import os

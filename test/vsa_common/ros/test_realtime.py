@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Real-time hints, each in a process of its own, as they last until its end."""
 
 import subprocess

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The throttled topic: one message of each interval, and every change of state."""
 
 from types import SimpleNamespace

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 import pytest
 from vsa_driver.acquisition.calibration import Calibration, Tare, TareError
 from vsa_driver.tuning import TARE_SAMPLES

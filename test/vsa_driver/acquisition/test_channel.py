@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Frames of literal bytes to samples; the bytes are packed without the DBC library."""
 
 import struct

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The CAN bus, over a real multicast socket and python-can's virtual bus."""
 
 import socket

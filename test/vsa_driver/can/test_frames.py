@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Encoding and decoding by a DBC file, against literal frames."""
 
 import cantools

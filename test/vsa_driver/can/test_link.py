@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The thread that reads the bus, on python-can's own virtual bus and on one that fails as hardware does."""
 
 import queue

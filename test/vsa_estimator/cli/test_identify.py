@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The command `identify`: parameter file, figure and errors."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The command `replay`: equal to the live estimator, and errors of unusable files."""
 
 import csv

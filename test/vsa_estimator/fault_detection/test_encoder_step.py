@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Isolation of an encoder step among rejected deflections: steps, noise, a stuck encoder, an onset of motion."""
 
 import math

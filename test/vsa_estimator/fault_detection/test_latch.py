@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 import pytest
 from vsa_estimator.fault_detection.latch import FAULT_TEXTS, FaultLatch
 from vsa_estimator.preprocessing.sensor_flags import SensorFlag

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Sensor faults: detection, delay, and no valid stiffness that is wrong meanwhile."""
 
 import functools

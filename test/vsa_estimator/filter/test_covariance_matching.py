@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Innovation covariance matching: white jerk is rougher than most motions, and the intervals follow the innovations."""
 
 import numpy as np

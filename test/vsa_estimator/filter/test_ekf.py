@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Prediction and updates of the filter against filterpy, and its output against complex-step derivatives."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Manoeuvre detection: the jerk density rises at the onset of a motion and settles again."""
 
 import numpy as np

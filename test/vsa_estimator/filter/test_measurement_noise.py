@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Noise of a sensor and jerk density of its motion, estimated from its samples."""
 
 import numpy as np

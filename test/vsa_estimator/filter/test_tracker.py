@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Filter of one transmission: copies, records, start values, uncertainty as an explicit update."""
 
 import copy

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Exponential spring: derivatives by difference quotients, initial state and covariance, shift of the encoder."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Friction bias: the sensitivity of the state to the form of the friction, propagated as a consider parameter."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 from vsa_estimator.force_law import state
 from vsa_estimator.force_law.state import COEFFICIENTS, SIZE, C, Z
 

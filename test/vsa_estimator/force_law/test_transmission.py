@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Force law, eqs. (2) to (6), against complex-step derivatives; the damper near its peak speed against quadrature."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Filters of the formulation `force_rate`: state equations, process noise, offset filter."""
 
 import math

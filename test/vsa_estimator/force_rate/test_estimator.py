@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Formulation `force_rate`: accuracy without friction, degradation with friction."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The first-order filter of the force rate against its analytic response."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The bank of laws on simulated transmissions whose law it does not know."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Spline bases against scipy's B-splines and quadrature."""
 
 from itertools import pairwise

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Updates of a member against dense formulas and against linear regression."""
 
 import numpy as np

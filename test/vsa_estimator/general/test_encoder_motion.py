@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motion and snap density of simulated white snap."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Impedance of a member by differences, and the moments of the mixture."""
 
 import numpy as np

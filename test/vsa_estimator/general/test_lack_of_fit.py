@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Inflation of variances on white, biased and correlated innovations."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Gradient of the general force by differences, and its splines by quadrature."""
 
 import numpy as np

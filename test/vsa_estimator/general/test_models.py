@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Prior of the members and the change of the growth about which their elastic law is expanded."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The general force with the coefficients of the paper's transmission, eqs. (2) to (6)."""
 
 import numpy as np

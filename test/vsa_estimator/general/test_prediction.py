@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Prediction of a member against the matrix exponential and a dense covariance."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Refutation and confirmation of the exponential law on simulated recordings; shift and gap of the encoder."""
 
 from functools import cache

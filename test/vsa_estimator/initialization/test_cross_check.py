@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Cross-check of the filter by a regression over the same data."""
 
 from functools import cache

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Successive fits are fused: an inconsistent step widens the covariance; a mixture keeps its moments."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Start from the coefficients of a previous run: checked first, then valid, or given up where they do not hold."""
 
 import dataclasses

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Convergence from wrong start values to the true coefficients."""
 
 from dataclasses import replace

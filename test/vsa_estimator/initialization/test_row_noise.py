@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Noise of the rows: whitening and the noise of rows at rest."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Initializer: slices of a regression, and readiness for hand-over."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Files of coefficients: read back to the bit, one section for each node, no other file is replaced."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The flight recorder writes the samples around an event."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Identification reproduces the coefficients of simulated data, with covariances that hold."""
 
 from functools import cache

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Recordings with delayed stamps: noise and coefficients as from even ones, and a line on how uneven they were."""
 
 import dataclasses

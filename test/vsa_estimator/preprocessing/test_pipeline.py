@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """State of the preprocessing pipeline: nested records as views, and its reset."""
 
 import numpy as np

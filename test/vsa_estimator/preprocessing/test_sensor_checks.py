@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stuck-at, run-length, variance-ratio and timestamp-burst tests of raw samples."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 from vsa_estimator.preprocessing.sensor_flags import ENCODER_FAULT_MASK, EXCLUDE_FROM_UPDATE, SensorFlag
 
 

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Instants of samples from stamps that are delayed or uneven, or with samples lost."""
 
 from functools import partial

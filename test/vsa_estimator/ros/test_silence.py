@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Instants of predictions in silence, and their deferral after a starved moment."""
 
 from vsa_estimator.ros.silence import MAX_STEPS, STARVED_NS, Watchdog, prediction_stamps

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Ages of stamps under slew and steps of the ROS clock, and of stamps from another host."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stiffness control in closed loop with the simulated rig; springs exact, or with a given error."""
 
 import math

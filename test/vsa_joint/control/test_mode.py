@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The operating mode: transitions, duration of a hold, held positions; instants are given."""
 
 import pytest

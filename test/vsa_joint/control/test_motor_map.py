@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motor positions for forces, and the part of the stiffness range that the motors reach."""
 
 import math

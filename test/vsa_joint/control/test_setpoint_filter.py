@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The set-point filter against the analytic step response."""
 
 import numpy as np

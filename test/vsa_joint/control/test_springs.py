@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The law of one transmission: inverse functions, variances by Monte Carlo, limits of the damper."""
 
 import math

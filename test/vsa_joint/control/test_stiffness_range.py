@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The inverse of the stiffness: round trips, literal ranges of the paper's rig, effect of an external torque."""
 
 import math

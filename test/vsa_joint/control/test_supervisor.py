@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Faults that hold the motors, delay and reason of the hold, recovery; instants are given."""
 
 import math

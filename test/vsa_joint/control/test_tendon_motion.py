@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motion of both transmissions during co-contraction: torque balance, unequal dampers, planned stiffness."""
 
 import math

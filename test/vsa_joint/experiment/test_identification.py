@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Identification against an independent integration of the paper's rig, which shares no code with vsa_simulator."""
 
 import math

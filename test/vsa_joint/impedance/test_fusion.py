@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Timeouts, status, validity and resets of the joint; instants are given."""
 
 import pytest

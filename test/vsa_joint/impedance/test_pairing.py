@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Pairing of both transmissions through the fusion: losses, delays, gaps, skew; instants are given."""
 
 import pytest

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The reflection against literal figures, identities, and mass, damper, spring and tendon as a linear system."""
 
 import numpy as np

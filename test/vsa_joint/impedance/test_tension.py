@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Split of the tensions: the internal part has no torque, and both parts add up."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Failures: syntax, and the effect of each on readings and frames."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Forces with memory against closed forms: relaxation of the Maxwell branch, loop and dissipation of the hysteresis.
 
 The rod is moved by its tendon's far end; the internal force is the rod force without inertia, damper and spring.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Elastic laws against their closed forms, their potentials and scipy."""
 
 from dataclasses import replace

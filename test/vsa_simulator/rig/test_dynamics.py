@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The rig against an independent integration: separate equations, scipy's implicit solver, tight tolerances."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motion profiles: positions, speeds and frequencies of each."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The whole joint with other laws than the paper's: balance of forces, equilibrium, truth."""
 
 import numpy as np

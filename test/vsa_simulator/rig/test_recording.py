@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Recordings of one transmission: noise, seeds, stamps, masses."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Systematic sensor errors against closed forms, for recordings and for the whole rig."""
 
 from dataclasses import replace

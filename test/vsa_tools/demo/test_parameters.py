@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The parameter file of a run: its own values over those of the paper's rig."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Options for other transmissions and sensors: to the rig's parameters, errors that list what is permitted."""
 
 import argparse

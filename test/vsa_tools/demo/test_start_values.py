@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The initial coefficients of the demo have the errors that the README states."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Spring and cam of section II-B against the paper's numbers and an independent force from the cut surface."""
 
 import csv

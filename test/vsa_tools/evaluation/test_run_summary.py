@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Summary of a run from its bag and truth, and its table in the paper's units."""
 
 import json

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures of merit of runs with known errors."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The recorder as a process: orderly end on signals, readable bag after a crash."""
 
 import os

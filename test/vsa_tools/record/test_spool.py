@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The spool: every loss is counted, and a full disk leaves a readable recording."""
 
 import resource

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The report of a recording with known numbers, and of incomplete, truncated and foreign bags."""
 
 import re

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The demo's faults with other motions and rates: rig, frames, router and estimators on a simulated clock."""
 
 import dataclasses

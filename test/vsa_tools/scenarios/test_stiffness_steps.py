@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Schedule and evaluation of the stiffness steps, and a short closed-loop run of the pure cores."""
 
 from dataclasses import replace

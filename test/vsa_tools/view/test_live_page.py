@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The live page in a real browser, with a publisher of the test and with the whole demo."""
 
 import json

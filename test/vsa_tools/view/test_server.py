@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The server of the live page: header, frames, and refused requests."""
 
 import asyncio

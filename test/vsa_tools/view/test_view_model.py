@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """View model of the live page: bins, state, events and reasons against literal values."""
 
 import json

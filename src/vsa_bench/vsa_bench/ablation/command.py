@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench ablation`: what half and double of each tuned constant of the estimator do to its estimates."""
 
 import argparse

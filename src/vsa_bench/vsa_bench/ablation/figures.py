@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures of one run, and their change from one run to another."""
 
 from dataclasses import asdict, dataclass

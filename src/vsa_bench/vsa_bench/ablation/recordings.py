@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Recordings on which the constants are varied: cases of `bench estimation`, sensor faults, changed coefficients."""
 
 from collections.abc import Iterator, Mapping

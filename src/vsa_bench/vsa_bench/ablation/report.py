@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Results of the ablation as records, table rows and Markdown."""
 
 from collections.abc import Iterator, Mapping, Sequence

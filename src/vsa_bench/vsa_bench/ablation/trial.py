@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """One trial: the estimator imported anew with overridden constants, on all recordings.
 
 Runs in a forked worker in plain Python. Compiled code has its constants built in, and modules compute others from

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Half and double of each tuned constant, within its permitted range."""
 
 import importlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Cases of `./vsa bench estimation`: rigs, motions of the simulated rig, noise, start values."""
 
 from dataclasses import dataclass, replace

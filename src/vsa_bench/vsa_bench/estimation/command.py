@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench estimation`: formulations, peers and the Cramer-Rao bound on the same simulated recordings."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Methods of the bench: each computes a track from recordings and start values."""
 
 import time

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Simulated recordings with their truth; the only module of the bench that imports the rig."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Scores of a track: the columns of the bench."""
 
 from typing import Any

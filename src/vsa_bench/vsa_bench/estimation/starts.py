@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Start values of a run: as identified on the rig, or as taken from its data sheet."""
 
 import math

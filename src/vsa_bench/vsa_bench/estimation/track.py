@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Estimates of a method along the recordings."""
 
 from dataclasses import dataclass, field

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Recording of a run by a subscriber outside the suite: joint messages with arrival, sample counters, diagnostics."""
 
 import time

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """One run: start the processes, run the rigs, record the outputs, stop the processes."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Counts and delays of a run, from the recorded messages."""
 
 from collections.abc import Mapping, Sequence

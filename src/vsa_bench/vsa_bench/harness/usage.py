@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Processor time and memory of a process, and steal time of the machine, from /proc."""
 
 import os

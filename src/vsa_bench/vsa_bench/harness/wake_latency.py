@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Wake-up latency of the machine: how late it schedules a process of the highest priority, on every core."""
 
 import os

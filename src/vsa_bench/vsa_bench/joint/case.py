@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters of a case, and the configurations of rig, joint and estimators that follow from it."""
 
 import math

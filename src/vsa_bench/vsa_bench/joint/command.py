@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench joint`: impedance of the joint, identified independently of the estimators, against the estimate."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """One run: motors excite the estimators, then hold; the external torque identifies the joint; comparison."""
 
 import math

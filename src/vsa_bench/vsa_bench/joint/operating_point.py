@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Reduction of truth and estimates to the operating point: the mean deflection at rest."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figure: response without friction; errors of identified and estimated impedance with friction."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Identification from a bag: `external_torque` and `joint_states` with held motors."""
 
 from pathlib import Path

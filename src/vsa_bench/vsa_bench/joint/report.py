@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Table, summary and JSON of the outcomes."""
 
 from collections.abc import Callable, Iterable, Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench live`: sustained rate, delay and cost of the suite."""
 
 import argparse

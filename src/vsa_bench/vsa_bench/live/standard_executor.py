@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A node under rclpy's standard executor, for comparison: `python -m vsa_bench.live.standard_executor driver`."""
 
 import importlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Required figures over all cases of a run, each with the figure reached and the worst case."""
 
 from collections.abc import Callable, Sequence

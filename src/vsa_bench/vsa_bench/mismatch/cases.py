@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Cases of `./vsa bench mismatch`: one law or one sensor differs from the paper's rig, in five motions at two rates."""
 
 from collections.abc import Iterator, Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench mismatch`: the estimator beside peers where transmission or sensors are not the paper's."""
 
 import argparse

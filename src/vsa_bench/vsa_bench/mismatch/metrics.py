@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures of one run, and their aggregate over the seeds of a case."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Real recordings: the estimator's stiffness against a reference without a model, or against the truth of a file."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stiffness of a recording without a model of spring or damper: local regression of the force on the deflection.
 
 At an instant t with deflection x, all samples within SPAN of t and within a share of the stroke of x are weighted by

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """One case: its simulated recordings through the estimator and the peers."""
 
 from collections.abc import Sequence

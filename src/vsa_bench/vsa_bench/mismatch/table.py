@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tables of the figures, made from the JSON alone: for the terminal, and as Markdown."""
 
 from collections.abc import Iterator, Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stiffness observer of G. Grioli and A. Bicchi, "A non-invasive, real-time method for measuring variable
 stiffness", Robotics: Science and Systems VI, 2010.
 

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The paper's filter exactly as eq. (17) prints it, as a reference.
 
 States z1 to z8 = [x v a sigma D M k2 d2]; the force rate of a first-order filter is the input, deflection the

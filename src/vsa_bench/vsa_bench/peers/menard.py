@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Integral fit in the style of T. Menard, G. Grioli, A. Bicchi, "A real-time robust observer for an agonist-antagonist
 variable stiffness actuator", IEEE ICRA 2013, and "A stiffness estimator for agonistic-antagonistic variable-stiffness-
 actuator devices", IEEE Trans. Robotics 30(5), 2014.

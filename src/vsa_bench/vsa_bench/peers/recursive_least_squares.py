@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Polynomial fit in the style of F. Flacco and A. De Luca, "Stiffness estimation and nonlinear control of robots with
 variable stiffness actuation", IFAC World Congress 2011, and F. Flacco, A. De Luca, I. Sardellitti, N. Tsagarakis,
 "On-line estimation of variable stiffness in flexible robot joints", Int. J. Robotics Research 31(13), 2012.

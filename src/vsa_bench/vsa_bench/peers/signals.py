@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Causal filters, a polynomial basis and least squares for the peers, over many recordings at once.
 
 Arrays are (recordings, samples).

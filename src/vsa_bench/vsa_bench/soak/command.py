@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench soak`: random frames, hours of motion through the filter, memory of the running suite."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Long runs without a bus: random frames through the driver's parsers, hours of motion through the filter."""
 
 import os

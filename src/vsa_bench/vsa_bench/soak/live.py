@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The whole suite for a long time; memory and open file descriptors of every process."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa bench view`: processor time of the live page beside a running suite, and delay with and without it."""
 
 import argparse

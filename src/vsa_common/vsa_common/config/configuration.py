@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Configuration as frozen dataclasses whose fields carry unit, range and meaning.
 
 One declaration defines the ROS parameters of a node (`vsa_common.ros.node`), the `--config` file of a

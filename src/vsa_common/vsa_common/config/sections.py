@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Sections of ROS parameter files, selected by the fully qualified name of a node as rcl does."""
 
 import re

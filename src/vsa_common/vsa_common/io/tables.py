@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """CSV files as numpy arrays, read and written by polars."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Diagnostics of a node: a status for each of its tasks, and increases of counters."""
 
 import re

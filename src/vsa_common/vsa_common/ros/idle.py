@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Coalescing of messages: a busy thread pauses between turns and then serves all messages that arrived.
 
 A thread that sleeps between any two messages pays for cold caches: the same work takes several times as long.

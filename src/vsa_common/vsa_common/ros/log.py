@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Log of a node: changes of its health, and the end of a node that cannot start."""
 
 import time

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Base class of the suite's nodes: a lifecycle node with checked parameters, autostart, log and diagnostics.
 
 A node file checks its configuration in `configure`, creates its topics in `start`, releases its core in `stop`, and

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters of a node: declared with type, unit and range from a configuration class, and checked at each change."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A process of the suite: it starts its nodes, serves them until a signal, and stops them in reverse order."""
 
 import gc

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Incompatible QoS policies: publishers and subscriptions of a node that receive no data for that reason.
 
 By comparison of the endpoints and not by rclpy's QoS events: an event that is still queued for a topic that a

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Real-time hints to the kernel. A refused hint is reported, and the node runs without it."""
 
 import ctypes

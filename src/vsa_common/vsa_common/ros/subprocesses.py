@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Child processes in sessions of their own that end with the process that started them."""
 
 import contextlib

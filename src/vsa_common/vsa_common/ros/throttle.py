@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A second topic at a reduced rate, so that the cost of a viewer does not depend on the rate of the sensors."""
 
 from typing import Any

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Raw signal to SI: scale, offset, sign, and the tare of a force sensor."""
 
 from collections import deque

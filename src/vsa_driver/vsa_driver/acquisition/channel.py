@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Readings to samples in SI: one channel for each transmission, the joint and the motors."""
 
 from typing import NamedTuple

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Capture time of a frame on the epoch, for any clock of the adapter."""
 
 import math

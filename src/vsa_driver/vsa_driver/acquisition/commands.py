@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motor commands to frames."""
 
 from vsa_common.config.configuration import ConfigurationError

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Counters that wrap: a continuous encoder count, and the sequence number of a sample with a check for gaps."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters to DBC: which message carries which of the signals that are read together."""
 
 import sys

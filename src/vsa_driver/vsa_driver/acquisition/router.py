@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Every frame of the bus to its channel."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Signals that are sampled together: reads, checks and merges their frames, and counts the rejected ones."""
 
 from typing import NamedTuple

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`calibrate`: scale and offset of a force sensor against a reference gauge's log, as driver parameters."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Scale and offset of a force sensor against a reference gauge, section VI of the paper."""
 
 from collections.abc import Callable

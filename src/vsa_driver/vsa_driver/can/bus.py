@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The only module that imports python-can: open a bus from parameters, send and receive frames.
 
 Every interface of python-can is supported: `socketcan` on a robot, `udp_multicast` between processes of one machine

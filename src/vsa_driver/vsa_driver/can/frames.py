@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The only module that imports cantools: bytes of a frame to values and back, as a DBC file defines them."""
 
 import difflib

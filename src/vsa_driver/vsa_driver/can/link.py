@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A CAN bus that is read by a thread of its own or step by step, and reopened after a failure."""
 
 import threading

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Kernel filter of a datagram socket (classic BPF): dropped datagrams do not wake the process."""
 
 import ctypes

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Gate between a controller and the motors: arming, limits, a watchdog."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa identify`: start values with covariance from recordings, eqs. (18) and (19), as a parameter file."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa noise`: noise of force, force rate and position from a recording at rest or on a slow ramp (section VI)."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa replay`: run a recording through the estimator of the node."""
 
 import argparse

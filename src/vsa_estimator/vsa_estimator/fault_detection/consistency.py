@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Consistency of the coefficients with both sensors: when to suspend updates, what to restore, when to give up.
 
 While updates are suspended the coefficients are those of the last checkpoint, and stiffness is invalid until the

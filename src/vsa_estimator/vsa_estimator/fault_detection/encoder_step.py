@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Isolation of an encoder step (bias jump) among deflections that the gate rejects one after another."""
 
 import math

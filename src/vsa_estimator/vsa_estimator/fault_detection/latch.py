@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Active faults: each is raised by sensor flags or by the supervisor, and holds for a time after its last detection."""
 
 from vsa_estimator.preprocessing.sensor_flags import SensorFlag

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Analytical redundancy of force and encoder: are both consistent with coefficients of some seconds ago?
 
 The filter follows its sensors sample by sample, so it would adapt to a slow fault of either. Here the measured force is

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Update of the filter by a deflection: gate, onset of motion, encoder step, discontinuity of the motion."""
 
 import math

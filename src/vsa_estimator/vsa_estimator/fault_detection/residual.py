@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parity residuals: measured force less the force of eq. (6) with given coefficients on the encoder's motion."""
 
 import numpy as np

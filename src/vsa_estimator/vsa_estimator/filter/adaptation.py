@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Noise of both sensors and process noise of the motion, adapted from the data."""
 
 from vsa_estimator.filter.measurement_noise import NoiseLevel

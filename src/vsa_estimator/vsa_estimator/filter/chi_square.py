@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Chi-square tests: of the innovations over a window, and of one set of coefficients against another."""
 
 from collections import deque

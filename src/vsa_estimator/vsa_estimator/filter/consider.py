@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Schmidt's consider parameters: the form of the friction, and coefficients that the motion does not excite.
 
 A consider parameter is not estimated. Its uncertainty counts, and its gain is zero.

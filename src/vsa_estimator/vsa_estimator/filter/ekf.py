@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Extended Kalman filter: prediction and scalar updates in Joseph form, each with a gate.
 
 `state` is (1,) FILTER_STATE, `excitation` (1,) EXCITATION, `monitor` (1,) MONITOR. Bar-Shalom, Li and Kirubarajan,

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """What the recent motion excites: travel, leaky moments, time since motion, innovation covariance matching.
 
 `excitation` is (1,) EXCITATION.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Coefficients before any regression: configured values with standard deviations, stiffness from the first force."""
 
 import numpy as np

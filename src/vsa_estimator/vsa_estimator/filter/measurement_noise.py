@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Measurement noise: white noise of a sensor from its samples, and what the model adds to the noise of a force.
 
 The noise is estimated from third differences, in which smooth motion nearly vanishes.

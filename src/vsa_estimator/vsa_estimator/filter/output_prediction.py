@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Impedance of eqs. (8) and (9) with its covariance, predicted from the last step of the filter."""
 
 import numpy as np

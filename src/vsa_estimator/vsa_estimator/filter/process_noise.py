@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Process noise: drift of the coefficients, and the density of the jerk by maximum likelihood.
 
 A bank of encoder-only filters, one for each half decade of jerk density, runs beside the filter (multiple model).

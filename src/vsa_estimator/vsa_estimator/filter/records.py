@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Records of the filter. Each is the element of a (1,) array that compiled code takes: `state[0]["mean"]`."""
 
 from typing import NamedTuple

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """State of one transmission's filter over time: start, resets, predictions, updates and its consistency tests."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Uncertainty of the coefficients beyond the covariance, from what the recent motion excites."""
 
 from typing import NamedTuple

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Cubic damper, eq. (5): d1 v + d2 v^3 up to the peak speed v*, constant beyond it (a passive damper does not push)."""
 
 import math

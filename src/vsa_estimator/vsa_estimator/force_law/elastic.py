@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Exponential spring, eqs. (2) and (3): ln sigma = s + k2 dx and F - F0 = sigma / k2, dx = x - reference.
 
 A different elastic law with two parameters replaces this module alone: the other modules take stiffness, force and

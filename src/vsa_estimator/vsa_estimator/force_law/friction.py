@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Smoothed Coulomb friction, the term d0 sgn v of eq. (5), and the standard deviation of its form."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Order of the filter state.
 
 z = [x v a | s k2 d1 d2 M F0 d0], with the stiffness sigma = exp(s + k2 (x - reference)). The reference is a constant,

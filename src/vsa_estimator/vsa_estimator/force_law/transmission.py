@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Force of one transmission, eq. (6): spring, damper, mass, offset and friction, with first and second derivatives."""
 
 from vsa_common.accel import compiled

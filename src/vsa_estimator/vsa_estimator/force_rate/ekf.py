@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The paper's filter, eqs. (14) to (17) corrected, and the offset filter of section V-A.
 
 State of eq. (17) with two more: z = [x v a j r | sigma D M k2 d2], j the jerk in (14), r the filtered force rate. In

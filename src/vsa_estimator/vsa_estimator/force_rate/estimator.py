@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Live estimator in the paper's formulation, eqs. (14) to (17) corrected: force rate in, deflection measured.
 
 `force` is the more accurate formulation. Here Coulomb friction disturbs the force rate at each reversal; the noise of

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Force rate by the paper's first-order filter (section V-B)."""
 
 import math

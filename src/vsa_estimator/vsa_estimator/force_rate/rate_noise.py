@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Noise of the filtered force rate: sensor noise, and the disturbance by Coulomb friction at reversals.
 
 Coulomb friction is part of the force rate, other than section V assumes: each reversal is a step of 2 d0 in the force,

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Estimate and state of the formulation `force_rate`, from a snapshot of its filters."""
 
 import math

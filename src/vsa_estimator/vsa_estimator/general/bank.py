@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Bank of filters of the general transmission (multiple model; Bar-Shalom, Li and Kirubarajan, ch. 11).
 
 All members run on the same steps. Their likelihoods give the probabilities of the mixture. At a few ages the bank

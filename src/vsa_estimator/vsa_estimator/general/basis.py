@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Spline bases: cubic B-splines of the relative stiffness, quadratic B-splines of the damping over |v|."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Scalar updates of a member by deflection and force, in Joseph form. Bar-Shalom, Li and Kirubarajan, ch. 5 and 10."""
 
 import math

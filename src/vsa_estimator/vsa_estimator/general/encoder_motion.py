@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motion from the encoder alone: a bank of filters over the density of white snap, and the most likely one."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Impedance of a member at its present motion, and the moment-matched mixture of all members."""
 
 import math

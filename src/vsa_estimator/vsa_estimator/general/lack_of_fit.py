@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Lack of fit: variances inflated by innovations that are correlated, as a model that is wrong leaves them.
 
 The error that an innovation leaves in an output is its influence times the innovation. For white innovations the

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Force of the general transmission with its gradient.
 
 The gradient by the motion uses the coefficients `linear`: those of the state while the bank runs live, those of the

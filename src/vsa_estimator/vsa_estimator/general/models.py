@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Models of the bank: terms, process noise, prior probability, and the prior of their coefficients."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Prediction of a member: motion with white snap, disturbances, relaxation and hysteresis."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Order of a member's state, and the records of the bank.
 
 The force is linear in the coefficients for a given motion:

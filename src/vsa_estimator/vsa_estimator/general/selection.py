@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The bank beside the filter of the exponential law, and the evidence against that law."""
 
 import math

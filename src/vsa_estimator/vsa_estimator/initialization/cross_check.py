@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """When the filter's coefficients are cross-checked by a regression over the same data."""
 
 from vsa_estimator.tuning.initialization import FIRST_CROSS_CHECK_NS, MAX_CROSS_CHECK_NS

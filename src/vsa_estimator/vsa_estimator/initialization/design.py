@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Whitened design of the regression for every k2 of the grid, and the information that noise adds to it.
 
 With k2 given, the force of eq. (6) is linear in [k1 d1 d2 M F0 d0] except for the damper's clip at v*. The designs

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Hypothesis grid over k2 (multiple model): a linear regression for each k2, weighted by its likelihood."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """When the filter takes coefficients from a regression: until hand-over, at hand-over, and at a failed cross-check."""
 
 import math

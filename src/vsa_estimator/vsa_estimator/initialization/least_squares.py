@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Corrected least squares with a prior, for every k2 of the grid.
 
 Noise of the motion adds information about the coefficients that does not exist (errors in variables). Its expectation

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Prior and posterior of the coefficients, and how successive posteriors are fused."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Start of the filter from the coefficients of a previous run, as after a gap: suspended until they are consistent."""
 
 import numpy as np

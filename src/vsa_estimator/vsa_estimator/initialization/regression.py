@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Posterior of the coefficients from smoothed rows: two hypothesis grids over k2, one on each side of v*."""
 
 import numpy as np

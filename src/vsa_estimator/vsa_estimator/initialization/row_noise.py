@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Noise of the rows of a regression: covariance of their forces, Monte Carlo draws, and whitening."""
 
 from dataclasses import dataclass

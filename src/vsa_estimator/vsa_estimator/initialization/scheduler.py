@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Initializer: buffer of moving data, regressions over it in slices, and readiness for hand-over to the filter."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Smoothed rows of motion and force from overlapping windows, with the weights by which they share noise."""
 
 from collections.abc import Generator

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Allan deviation of a sensor's record: magnitude of its noise, and a test for white noise (section VI).
 
 White noise has an Allan variance that falls as 1/tau; drift bends it up.

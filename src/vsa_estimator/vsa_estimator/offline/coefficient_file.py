@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameter files with the coefficients of transmissions and their covariance, for the next start of an estimator."""
 
 from collections.abc import Mapping, Sequence

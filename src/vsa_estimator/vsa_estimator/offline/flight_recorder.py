@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Flight recorder: keeps the last samples and writes them to a CSV file for `replay` at an event of the estimate."""
 
 import contextlib

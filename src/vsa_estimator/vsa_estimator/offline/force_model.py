@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Force law, eqs. (2) to (6), over a segment: columns of the regression, their derivatives, slopes and weights.
 
 Coefficients are theta = [k2 q F0 d0 d1 d2 M], SI, where q = k1 exp(k2 reference) is the spring's force at the

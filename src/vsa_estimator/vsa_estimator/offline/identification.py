@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Coefficients of a transmission from whole recordings, eqs. (18) and (19).
 
 All but k2 enter the force, eqs. (2) to (6), linearly: k2 is found by nonlinear least squares over the fit of the rest

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Instants of recorded samples by the live estimator's timestamp correction, and how uneven the stamps were."""
 
 from dataclasses import dataclass, replace

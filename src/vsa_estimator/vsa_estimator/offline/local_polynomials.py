@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Zero-phase local polynomials over samples at any stamps: value, slope and curvature as linear operators."""
 
 from dataclasses import dataclass

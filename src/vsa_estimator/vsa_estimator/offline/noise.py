@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Noise of force, force rate and deflection of a recording at rest or on a slow ramp (section VI)."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Reader of recorded samples of transmissions: CSV files and rosbag2 bags (MCAP and sqlite3)."""
 
 import re

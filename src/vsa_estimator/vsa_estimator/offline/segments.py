@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Segments of a recording for identification: held forces removed, motion smoothed, noise measured."""
 
 from dataclasses import dataclass

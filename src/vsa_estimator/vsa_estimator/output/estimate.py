@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Results of the estimator: fields as in vsa_msgs, SI, immutable."""
 
 import math

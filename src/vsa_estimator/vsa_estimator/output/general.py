@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Impedance of the bank of laws, predicted from its last step."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Estimates and states as serialized messages; fields are taken by the names in the message definitions."""
 
 from operator import itemgetter

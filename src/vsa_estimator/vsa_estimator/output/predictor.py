@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Estimates between two filter steps: prediction to a sample's stamp, validity, status."""
 
 from enum import IntFlag

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Record between two filter steps: what every sample's estimate is predicted from."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Construction of the State of the estimator from its parts."""
 
 from dataclasses import dataclass

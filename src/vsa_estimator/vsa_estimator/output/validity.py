@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Validity of the coefficients, and the motion that an invalid quantity needs."""
 
 from typing import NamedTuple

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Estimate of the sensor's sample clock from stamps that a busy host delays.
 
 The sensor samples at a constant period. A stamp is never early, so the least delayed stamps follow the sensor's clock:

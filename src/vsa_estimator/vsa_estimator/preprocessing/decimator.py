@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Block averages of fast samples at the filter's rate; at or below that rate a sample is a block by itself."""
 
 from typing import Any, NamedTuple

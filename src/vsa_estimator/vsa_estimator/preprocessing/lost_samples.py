@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Sample periods between two stamps: delayed samples catch up, lost samples leave a constant lag."""
 
 from typing import Any

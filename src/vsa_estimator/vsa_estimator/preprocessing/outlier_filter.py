@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Single outliers of a stream that is sampled much faster than it moves."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Approximate time synchronisation of force and encoder messages; the samples leave in order of their stamps."""
 
 from typing import NamedTuple

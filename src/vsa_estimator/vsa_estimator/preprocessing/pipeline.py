@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Path of a raw sample to the filter: validation, timestamp filter, sensor checks, outlier filter, decimator."""
 
 from typing import Any

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """State of the preprocessing: one record in an array of one element, which compiled code takes.
 
 Sub-records and arrays in it are views: `clock = state[0]["timestamps"]["clock"]`.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Checks of every raw sample: stuck-at, run-length, variance-ratio, timestamp-burst and saturation."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Flags that preprocessing raises on a raw sample; one bit field."""
 
 from enum import IntFlag

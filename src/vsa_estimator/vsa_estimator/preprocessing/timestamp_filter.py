@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Instants of the samples: their stamps, or the sensor's sample clock behind delayed stamps.
 
 The choice is a sequential test on the motion: the deflection is smooth over the true instants and over no others.

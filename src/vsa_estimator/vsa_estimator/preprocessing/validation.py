@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Which samples enter the pipeline: finite, plausible magnitudes with increasing stamps."""
 
 from typing import Any

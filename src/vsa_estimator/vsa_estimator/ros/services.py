@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Services of the estimator: reset, and coefficients to and from a parameter file."""
 
 from collections.abc import Callable

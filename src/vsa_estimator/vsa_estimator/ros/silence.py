@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Instants of predicted estimates while the sensors are silent."""
 
 WATCHDOG_PERIOD = 0.005  # of the check for silence [s]

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stamps of sensor messages that are zero or in the future."""
 
 import time

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tuned constants of `vsa_estimator.force_rate`; gates are in `tuning.filter`, validity in `tuning.output`."""
 
 from functools import partial

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tuned constants of `vsa_estimator.offline`; the evidence `interval test` is test/vsa_estimator/offline."""
 
 from functools import partial

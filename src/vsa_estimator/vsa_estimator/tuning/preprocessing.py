@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tuned constants of `vsa_estimator.preprocessing`."""
 
 from functools import partial

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stamps of the ROS clock on the steady clock, through steps and slew of the ROS clock."""
 
 from vsa_joint.tuning import MAX_SLEW_NS

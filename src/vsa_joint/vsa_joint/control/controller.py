@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Stiffness control that preserves the compliance: feedback of the unloaded equilibrium, not of the measured angle.
 
 The external torque is tau = R2 T2 - R1 T1. With stiffness K and damping D of the joint, D z' = tau - K z is the

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Faults of the inputs of stiffness control: timeouts, delays, validity, plausible forces."""
 
 import math

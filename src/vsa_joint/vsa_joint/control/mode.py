@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Operating mode of the stiffness controller: states, events and the only transition table."""
 
 from enum import IntEnum, auto

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motor positions from the forces of both transmissions, the identified springs and the tendons.
 
 The tendon travel of motor i is q_i = 2 x_i + F_i / (2 K_t) +- R theta: twice the deflection, the elongation of the

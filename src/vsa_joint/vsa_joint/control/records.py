@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Records of stiffness control: command, measurement, feasibility, and the newest inputs with their instants."""
 
 import math

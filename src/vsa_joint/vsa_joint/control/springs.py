@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Law of one transmission at rest, from the state of its estimator.
 
 At rest F = F0 + sigma / k2 and sigma = exp(ln sigma_r + k2 (x - x_r)), eqs. (2) and (3).

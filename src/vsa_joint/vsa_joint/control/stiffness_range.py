@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Joint stiffness as a function of the force of transmission_1, its inverse, and the reachable range.
 
 Under an external torque tau the forces of both transmissions satisfy R2 F2 = R1 F1 + 2 tau. Along that line the

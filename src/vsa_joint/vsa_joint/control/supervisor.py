@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Supervision of stiffness control: accepts commands, checks the inputs, and steps the control or holds the motors.
 
 Instants are of a steady clock and are arguments.

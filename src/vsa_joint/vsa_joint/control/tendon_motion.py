@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motion of both transmissions while the co-contraction changes: one torque balance, two unequal dampers.
 
 At rest the force determines each deflection. In motion the dampers bear a part of the force; with unequal dampers one

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """External torque for the identification of the joint: a multisine with low crest factor.
 
 It is periodic, so that averages over whole periods have no leakage.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Impedance of the joint from external torque and angle alone, with held motors.
 
 Without friction the response at the excited lines suffices (`from_response`). Dry friction biases a linear response at

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Fusion of two streams of transmission estimates into one stream of joint estimates; `now_ns` is of a steady clock."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Pairing of the samples of both transmissions by stamp.
 
 Samples pair when their stamps differ by less than half the sampling period and `max_skew`. A larger difference has two

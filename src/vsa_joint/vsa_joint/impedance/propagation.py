@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Joint impedance with its variances, in plain floats: the hot path of the joint, one call per pair.
 
 The derivatives are those of `reflection.virtual_work` and `reflection.as_printed`. The radii have one common error and

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Impedance at the joint of tendons and transmissions in series, eqs. (10) to (13).
 
 The moving pulley doubles the tendon tension and halves the tendon's travel: F = 2 T, R theta = 2 x + T / K_t.

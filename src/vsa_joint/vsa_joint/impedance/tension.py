@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tendon tensions, split into internal part (co-contraction) and motion part.
 
 With A = [R1, -R2] the tendons exert the torque A T. The internal part n n' T, n = [R2, R1] / |R|, exerts no torque;

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Failures to inject, in the syntax of PX4's failure injection, with additional types.
 
     <component> <failure type> [-i instance] [-t seconds] [-v value]

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Effect of failures on readings and frames; no I/O, time is counted in samples."""
 
 import math

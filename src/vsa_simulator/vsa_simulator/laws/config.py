@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """All laws of a transmission; the defaults are the paper's."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Functions of one variable as tables with cubic Hermite interpolation, for laws that are plain Python functions.
 
 A curve is a flat array: origin and step of the grid, then value and slope at each node. The slope that a curve gives is

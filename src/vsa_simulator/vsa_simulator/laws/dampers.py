@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Viscous laws. Each is a function of w = speed / v* for w >= 0, odd in velocity, in units of d1 v*.
 
 d1 is the damping at rest of the paper's damper (5), v* = sqrt(d1 / (-3 d2)) the speed of its greatest force,

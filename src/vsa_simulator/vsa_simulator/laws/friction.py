@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Dry friction of the rod: d0 tanh, the same with a Stribeck dip, or LuGre's bristles."""
 
 import math

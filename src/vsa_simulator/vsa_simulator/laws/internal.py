@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Forces with memory, which act beside the static elastic law: viscoelastic branch and hysteresis."""
 
 from dataclasses import dataclass

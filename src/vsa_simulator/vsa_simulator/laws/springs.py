@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Elastic laws. Each is a function of u = deflection / full stroke, from 0 at u = 0 to 1 at u = 1, strictly increasing.
 
 Law, u and parameters are dimensionless. A law becomes a force [N] by the transmission's own scale,

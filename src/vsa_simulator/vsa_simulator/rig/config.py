@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters of the simulated rig; the defaults are the paper's rig."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Dynamics of the antagonistic joint, integrated by the Runge-Kutta method of fourth order with fixed steps.
 
 T_1 = K_t (q_1 - R theta - 2 x_1), T_2 = K_t (q_2 + R theta - 2 x_2), never negative;

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Motion profiles: rod deflection over time, for configuration files and for the integrator."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Commands of the motors and their watchdog; time is an argument, seconds since the start."""
 
 Positions = tuple[float, float]  # [rad]

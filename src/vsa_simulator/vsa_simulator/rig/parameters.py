@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameters of the rig for the integrator: named tuples in compiled code, one record at its boundary.
 
 A call of compiled code with a named tuple costs half a microsecond a field, with a record array as little as one array.

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Recordings of one transmission with any laws and sensors, beside their truth."""
 
 from dataclasses import dataclass

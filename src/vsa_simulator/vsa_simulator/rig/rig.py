@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The rig: advance it, read its sensors and its ground truth."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Systematic errors of the sensors: true forces and deflections to those that noise and resolution act on.
 
 Chain of the force: crosstalk, hysteresis, low-pass, delay, drift of zero. What has memory runs at `RATE_HZ` or more,

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Sensors of the rig: truth to readings, with noise, resolution, range, and counters that wrap."""
 
 import math

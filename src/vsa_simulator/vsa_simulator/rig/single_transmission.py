@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """One transmission without joint and motor: the far end of its tendon follows a motion.
 
 The travel u(t) of that end is twice the commanded deflection plus a constant that balances the elastic force at the

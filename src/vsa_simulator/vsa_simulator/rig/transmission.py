@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """One transmission: spring, damper, friction, internal forces and mass behind a 2:1 moving pulley.
 
 Deflection x > 0 elongates, rod force F = 2 T > 0 pulls, T the tendon's tension:

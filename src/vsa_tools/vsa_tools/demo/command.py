@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A simulated variable-stiffness joint: measurement over CAN, estimation, recording, evaluation.
 
 Each node runs in its own process with one parameter file; a scenario with control composes them in one process. The

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Processes of a whole suite: start, activation, connection, orderly end."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Isolation of one run on this machine: a ROS domain and a UDP port of the CAN bus of its own."""
 
 import os

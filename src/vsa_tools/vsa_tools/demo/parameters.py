@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parameter file of a run: layers of parameters merged over those of paper_rig.yaml."""
 
 from collections.abc import Mapping

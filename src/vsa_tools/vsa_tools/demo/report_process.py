@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The report in a separate process, which imports its libraries while the demo stops its nodes."""
 
 import subprocess

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Options of the demo that change the force laws and sensors of the simulated rig.
 
 Each is one parameter of the node rig_simulator; help, range and choices are those of its declaration.

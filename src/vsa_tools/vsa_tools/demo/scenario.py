@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Base class of the demo's scenarios: the module that SCENARIOS names defines a derived class `Scenario`."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Perturbed initial coefficients: a demo shows convergence and not its initial values."""
 
 from collections.abc import Mapping

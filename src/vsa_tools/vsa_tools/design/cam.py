@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Cam that turns linear springs on a roller follower into an exponential spring: Fig. 1 and section II-B; SI units.
 
 The rod moves by x, the follower's springs compress by psi. Virtual work: F dx = n k_s psi dpsi. The roller's centre

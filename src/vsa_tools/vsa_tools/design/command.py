@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`design`: spring constants and cam profile from a specification, section II-B of the paper."""
 
 import argparse

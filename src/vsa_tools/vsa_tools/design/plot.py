@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figure of a designed spring: force, stiffness, cam with roller, motion of the follower."""
 
 from typing import Any

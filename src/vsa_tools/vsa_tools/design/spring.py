@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The exponential spring from a specification, section II-B of the paper; SI units."""
 
 import math

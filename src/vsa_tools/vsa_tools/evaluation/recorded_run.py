@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The suite's topics of one recorded run as arrays: the one reader for summary.json and the scenarios."""
 
 from collections.abc import Callable

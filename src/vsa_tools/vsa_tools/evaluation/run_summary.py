@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Content of summary.json from the files of a demo: bag, truth.csv and parameters.yaml."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tables of summary.json on the terminal."""
 
 from collections.abc import Mapping

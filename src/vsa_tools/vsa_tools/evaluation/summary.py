@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures of merit of a recorded run against the rig's truth: arrays in, the numbers of summary.json out.
 
 The rolling counter of a CAN frame assigns an estimate to a sample of the rig. Errors are those of the last 30 % of the

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Records every topic of the suite into a rosbag2 recording (MCAP), without deserialization."""
 
 import argparse

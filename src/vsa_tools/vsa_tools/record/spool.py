@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A bounded queue between callbacks and disk, and the thread that writes it to a recording."""
 
 import shutil

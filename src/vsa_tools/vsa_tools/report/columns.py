@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Messages of one topic as columns of numbers."""
 
 from collections.abc import Sequence

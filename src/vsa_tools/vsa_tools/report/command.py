@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`report BAG`: the paper's figures and table from a recording, as HTML, PDF and PNG."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Reader of a report: raw columns of every topic of the suite in a bag, by joint and transmission."""
 
 import re

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Downsampling for plots: minimum and maximum of every interval, so that every spike remains."""
 
 from typing import Any

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Pages of figures of a report, named after the paper's figures."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures of the joint: its impedance, and the health of the run."""
 
 from typing import Any

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures of the identified model: laws of stiffness and damping (Fig. 9), Allan variance of innovations (Fig. 6)."""
 
 from typing import Any

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """A report as one self-contained HTML page."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Elements of the report's figures: panels over time, and the force rate of section VI."""
 
 from collections.abc import Callable, Sequence

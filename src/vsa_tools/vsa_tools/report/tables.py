@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Tables of a report: Table I, the joint, and the health of the run."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures of one transmission over time: motion (Fig. 7), impedance (Fig. 8), coefficients (Table I)."""
 
 from typing import Any

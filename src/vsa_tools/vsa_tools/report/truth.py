@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Truth of the simulated rig on the time of the recording; the rolling counter assigns the samples."""
 
 from dataclasses import dataclass, field

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Evaluation of injected faults: diagnosis, recovery time, and errors of a stiffness that is marked valid."""
 
 import re

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa demo --scenario faults`: injects the faults of scenario_faults.yaml and evaluates their diagnosis."""
 
 import argparse

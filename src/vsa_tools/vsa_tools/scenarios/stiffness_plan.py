@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Schedule and evaluation of the stiffness steps: pure functions of time and of the rig's truth."""
 
 import math

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`./vsa demo --scenario stiffness_steps`: steps of the commanded stiffness, then pushes by an external torque."""
 
 import argparse

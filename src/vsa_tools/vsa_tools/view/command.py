@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """`view`: the live page of one joint; by default it listens on this computer only."""
 
 import argparse

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Events of the live page: changes of status, resets, lost samples, diagnostics."""
 
 from collections import deque

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Reasons for missing data on the live page, with the next step to take."""
 
 from collections.abc import Collection, Mapping

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Subscriptions of the live page: polled without an executor, a few microseconds per message."""
 
 import os

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """State of the joint or of one transmission on the live page: what both have in common."""
 
 import math

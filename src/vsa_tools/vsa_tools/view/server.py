@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """HTTP and WebSocket server of the live page; the only module that imports aiohttp."""
 
 import asyncio

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Time series of the live page: bins with minimum and maximum of every curve, delays, quantities of the table."""
 
 import math

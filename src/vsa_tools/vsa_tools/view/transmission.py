@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """State of one transmission on the live page, from serialized messages."""
 
 from typing import Any

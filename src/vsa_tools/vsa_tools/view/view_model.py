@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """View model of the live page of one joint: messages in, frames of curves and a JSON state out."""
 
 from collections.abc import Mapping

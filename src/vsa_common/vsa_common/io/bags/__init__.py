@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """rosbag2 recordings, read and written without ROS. Input: path of a bag. Output: messages, or a bag (MCAP).
 
 Permitted imports: ament_index_python, mcap, rosbags

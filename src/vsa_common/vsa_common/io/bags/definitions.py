@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Message definitions: of a bag, of this suite, and of ROS 2 Jazzy; decoding by them."""
 
 import struct

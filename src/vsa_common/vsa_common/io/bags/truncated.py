@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Messages of MCAP files without an index: the writing process ended before it closed them."""
 
 from collections.abc import Collection, Iterator

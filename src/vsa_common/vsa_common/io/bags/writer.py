@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Writing of rosbag2 recordings as MCAP."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Messages as serialized bytes (CDR), without message objects. Input: values, or bytes. Output: bytes, or values.
 
 Permitted imports: vsa_common.stamps, numpy

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Layout of numbers in CDR: codes of struct, byte orders and alignment."""
 
 import struct

@@ -1,3 +1,4 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """All values of a stamped message: written into a template, read by field."""
 
 import struct
