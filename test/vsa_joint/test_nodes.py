@@ -15,7 +15,7 @@ from rclpy.experimental import EventsExecutor
 from sensor_msgs.msg import JointState
 from vsa_common.ros.node import RELIABLE
 from vsa_common.stamps import nanoseconds, set_stamp
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.springs import ExponentialSpring
 from vsa_joint.control.stiffness_range import tendon_travel
 from vsa_joint.geometry import Joint, TendonPath
 from vsa_joint.impedance.reflection import Impedance, virtual_work
@@ -28,7 +28,10 @@ ENVIRONMENT = os.environ | {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVE
 PERIOD = 0.01  # s
 MOTOR_NAMES = ["flexor", "extensor"]
 FORCE = 40.0  # N
-SPRINGS = (Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39), Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269))
+SPRINGS = (
+    ExponentialSpring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
+    ExponentialSpring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
+)
 MOTORS = [tendon_travel(FORCE, spring.deflection(FORCE), 1e5) / 0.01 for spring in SPRINGS]
 
 

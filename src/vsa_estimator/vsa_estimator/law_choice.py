@@ -11,6 +11,7 @@ from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.general.records import IMPEDANCE, Record
 from vsa_estimator.general.selection import LawSelection
 from vsa_estimator.modes import Mode, ModeMachine
+from vsa_estimator.output.elastic_law import ElasticLaw
 from vsa_estimator.output.estimate import State
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
@@ -46,6 +47,15 @@ class LawChoice:
     def description(self) -> str:
         """The bank's most probable model, where the bank is published; else empty."""
         return self._laws.bank.description if self._laws is not None and self.publishes_bank else ""
+
+    def elastic_law(self) -> ElasticLaw | None:
+        """The elastic law of the bank; None without data."""
+        law = self._laws.bank.elastic_law() if self._laws is not None else None
+        if law is None:
+            return None
+        knots, ln_stiffness, covariance, force = law
+        numbers = [tuple(one.ravel().tolist()) for one in (knots, ln_stiffness, covariance)]
+        return ElasticLaw(self.description, numbers[0], numbers[1], numbers[2], force)
 
     def repeat_slice(self) -> None:
         """Do a part of a repetition."""
@@ -113,6 +123,7 @@ def with_bank(state: State, laws: LawChoice) -> State:
     ln stiffness and k2 are those at the present deflection, which is the reference; d1 is the damping at rest.
     """
     now = {name: float(laws.impedance[0][name]) for name in SCALARS}
+    elastic = laws.elastic_law()
     relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
     return state._replace(
         deflection_reference=state.deflection,
@@ -124,4 +135,5 @@ def with_bank(state: State, laws: LawChoice) -> State:
         inertia_valid=False, force_offset=now["level"], force_offset_valid=False,
         coulomb_friction=now["coulomb"], coulomb_friction_valid=False,
         observability=(f"law: {laws.description}; k2 is the local slope of ln stiffness", *state.observability),
+        **(elastic.fields(state.elastic_law_valid) if elastic else {}),
     )  # fmt: skip

@@ -13,9 +13,9 @@ from vsa_common.ros.node import ERROR, OK, RELIABLE, STEADY, WARN, SuiteNode, Ta
 from vsa_common.ros.process import run
 from vsa_common.stamps import StampMessage, nanoseconds
 from vsa_joint.control.clock_offset import ClockOffset
+from vsa_joint.control.identified_spring import identified_spring
 from vsa_joint.control.mode import Mode
 from vsa_joint.control.records import Inputs, JointMeasurement, Target
-from vsa_joint.control.springs import identified_spring
 from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.settings import ControlConfig
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand

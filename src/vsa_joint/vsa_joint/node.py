@@ -19,8 +19,9 @@ from vsa_common.ros.process import run
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.stamps import NANOSECONDS
 from vsa_common.types import Status
+from vsa_joint.control.identified_spring import identified_spring
 from vsa_joint.control.motor_map import MotorMap
-from vsa_joint.control.springs import Spring, Springs, identified_spring
+from vsa_joint.control.springs import Spring, Springs
 from vsa_joint.control.stiffness_range import StiffnessRange, reachable_range
 from vsa_joint.impedance.fusion import JointEstimate, JointFusion
 from vsa_joint.impedance.pairing import TransmissionEstimate
@@ -220,7 +221,8 @@ def _spring(state: bytes | None) -> Spring | None:
     if state is None:
         return None
     message = deserialize_message(state, EstimatorState)
-    return identified_spring(message) if message.k2_valid else None
+    by_knots = len(message.elastic_deflection) > 2 and message.elastic_law_valid
+    return identified_spring(message) if message.k2_valid or by_knots else None
 
 
 def _getter(*names: str) -> Callable[[Sequence[float]], Any]:

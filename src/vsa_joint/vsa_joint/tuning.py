@@ -69,6 +69,14 @@ MIN_ELASTIC_FORCE = _constant("MIN_ELASTIC_FORCE", 1e-3, "N", 1e-9, 1.0,
     "Lower bound of the elastic force, which keeps logarithms finite.",
     "engineering choice: below the resolution of the force sensors",
 )  # fmt: skip
+MIN_ELASTIC_SHARE = _constant("MIN_ELASTIC_SHARE", 1e-3, "1", 1e-6, 0.1,
+    "Lower bound of the stiffness below the first knot relative to that at the knot, which keeps logarithms finite.",
+    "engineering choice: no command reaches below the first knot",
+)  # fmt: skip
+MIN_STIFFNESS_SLOPE = _constant("MIN_STIFFNESS_SLOPE", 1.0, "1/m", 1e-3, 10.0,
+    "Lower bound of the slope of ln stiffness, which keeps the shares of both transmissions finite.",
+    "engineering choice: 1/100 of that of the paper's rig",
+)  # fmt: skip
 MAX_LN_STIFFNESS = _constant("MAX_LN_STIFFNESS", 50.0, "ln(N/m)", 1.0, 700.0,
     "Magnitude of the logarithm of the stiffness beyond which an identified law is not usable.",
     "derivation: exp(50) exceeds any spring and does not overflow",

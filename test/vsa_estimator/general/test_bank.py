@@ -49,6 +49,26 @@ def test_the_stiffness_of_unknown_springs_is_accurate_and_the_intervals_hold():
     assert np.mean(covered) > 0.9  # errors of one run are correlated over seconds
 
 
+@pytest.mark.parametrize("spring", ["quadratic", "linear"])
+def test_the_elastic_law_covers_the_true_one_at_its_knots(spring):
+    simulation, recording = simulated(spring)
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording)
+    knots, ln_stiffness, covariance, force = bank.elastic_law()
+    order = np.argsort(simulation.deflection)
+    true = np.interp(knots, simulation.deflection[order], np.log(simulation.stiffness[order]))
+    inside = (knots > simulation.deflection.min()) & (knots < simulation.deflection.max())
+    assert (inside.sum(), inside.size) == (inside.size - 2, len(ln_stiffness))  # the knots enclose the motion
+    error = (ln_stiffness - true)[inside]
+    assert np.abs(error).max() < 0.03
+    assert np.mean(np.abs(error) < 2.5 * np.sqrt(np.diag(covariance)[inside])) > 0.8
+    assert np.linalg.eigvalsh(covariance).min() > -1e-12
+    slow = np.abs(simulation.velocity) < 1e-4  # there the damper bears below 0.4 N
+    near = slow & (np.abs(simulation.deflection - knots[1]) < 2e-4)
+    at_second = force + (knots[1] - knots[0]) * np.exp(0.5 * (ln_stiffness[0] + ln_stiffness[1]))
+    assert simulation.force[near].mean() == pytest.approx(at_second, abs=1.0)
+
+
 def test_the_exponential_law_has_the_greatest_probability_on_the_papers_transmission():
     _, recording = simulated()
     bank = Bank(Initial(), 100.0)

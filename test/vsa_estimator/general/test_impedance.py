@@ -54,7 +54,6 @@ def test_the_gradients_are_those_of_differences(index):
     assert gradients[1][SPRING:] == pytest.approx(by_coefficients, rel=1e-4, abs=1e-6)
 
 
-@pytest.mark.xfail(strict=True, reason="beyond the ends the splines are constant, their reported slopes are not zero")
 @pytest.mark.parametrize("state", [X, V])
 def test_slopes_beyond_the_ends_are_those_of_differences(state):
     member = members()[3:4]

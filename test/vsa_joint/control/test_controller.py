@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from vsa_joint.control.controller import StiffnessControl
 from vsa_joint.control.records import Measurement, Target
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.springs import ExponentialSpring
 from vsa_joint.impedance.reflection import Impedance, virtual_work
 from vsa_joint.settings import ControlConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig
@@ -36,7 +36,7 @@ class Loop:
         self.rig = Rig(replace(rig, transmission_2=replace(rig.transmission_2, **(second or {}))))
         self.control = StiffnessControl(ControlConfig(**config))
         self.springs = tuple(
-            Spring(
+            ExponentialSpring(
                 0.01, math.log(c.k1 * c.k2 * math.exp(c.k2 * 0.01)), c.k2 * (1.0 + k2_error), c.force_offset,
                 k2_variance=(0.03 * c.k2) ** 2, damping=c.d1, peak_speed=math.sqrt(c.d1 / (-3.0 * c.d2)),
             )

@@ -5,13 +5,13 @@ import math
 
 import pytest
 from vsa_joint.control.motor_map import MotorMap
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.springs import ExponentialSpring
 from vsa_joint.control.stiffness_range import force_for, reachable_range, stiffness_at
 from vsa_joint.settings import ControlConfig
 
 SPRINGS = (
-    Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
-    Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
+    ExponentialSpring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
+    ExponentialSpring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
 )
 MOTORS = (2.6, 2.2)
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.springs import ExponentialSpring
 from vsa_joint.control.stiffness_range import force_for, partner_force, reachable_range, relative_std, stiffness_at
 from vsa_joint.geometry import Joint, TendonPath
 from vsa_joint.settings import Limits
@@ -13,8 +13,8 @@ from vsa_joint.settings import Limits
 R = 0.0215
 JOINT = Joint((TendonPath(R, 1e5), TendonPath(R, 1e5)))
 SPRINGS = (
-    Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
-    Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
+    ExponentialSpring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
+    ExponentialSpring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
 )
 
 
@@ -45,7 +45,8 @@ def test_the_predicted_error_agrees_with_monte_carlo():
     generator = np.random.default_rng(5)
     covariance = np.array([[1e-4, 2e-3], [2e-3, 16.0]])
     uncertain = [
-        Spring(0.008, math.log(2000.0), k2, f0, 1e-4, 16.0, 2e-3) for k2, f0 in ((267.2, 16.39), (165.6, 8.269))
+        ExponentialSpring(0.008, math.log(2000.0), k2, f0, 1e-4, 16.0, 2e-3)
+        for k2, f0 in ((267.2, 16.39), (165.6, 8.269))
     ]
     force = 60.0
     nominal = stiffness_at(force, 0.0, tuple(uncertain), JOINT)

@@ -8,14 +8,14 @@ import pytest
 from vsa_common.types import Status
 from vsa_joint.control.mode import Mode
 from vsa_joint.control.records import Inputs, JointMeasurement, Target
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.springs import ExponentialSpring
 from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.settings import ControlConfig
 
 MS = 1_000_000
 SPRINGS = (
-    Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
-    Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
+    ExponentialSpring(0.0, math.log(267.2 * 0.776), 267.2, 16.39),
+    ExponentialSpring(0.0, math.log(165.6 * 7.031), 165.6, 8.269),
 )
 GOOD = JointMeasurement(1.5, True, 0.9, True, (25.0, 25.0), True, Status.VALID, "")
 MOTORS = (2.6, 2.2)

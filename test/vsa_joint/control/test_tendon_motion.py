@@ -4,15 +4,15 @@
 import math
 
 import pytest
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.springs import ExponentialSpring
 from vsa_joint.control.stiffness_range import stiffness_at
 from vsa_joint.control.tendon_motion import CoContractionMotion
 from vsa_joint.geometry import Joint, TendonPath
 
 DT = 0.01
 SPRINGS = (
-    Spring(0.0, math.log(267.2 * 0.776), 267.2, 16.39, damping=4000.0, peak_speed=3.5e-3),
-    Spring(0.0, math.log(165.6 * 7.031), 165.6, 8.269, damping=2500.0, peak_speed=4.1e-3),
+    ExponentialSpring(0.0, math.log(267.2 * 0.776), 267.2, 16.39, damping=4000.0, peak_speed=3.5e-3),
+    ExponentialSpring(0.0, math.log(165.6 * 7.031), 165.6, 8.269, damping=2500.0, peak_speed=4.1e-3),
 )
 JOINTS = [
     Joint((TendonPath(0.0215, 1e5), TendonPath(0.0215, 1e5))),

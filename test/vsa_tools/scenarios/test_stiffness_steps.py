@@ -8,9 +8,9 @@ import pytest
 from vsa_bench.joint.case import estimator_config
 from vsa_bench.joint.experiment import transmission_estimate
 from vsa_estimator.estimator import Estimator
+from vsa_joint.control.identified_spring import identified_spring
 from vsa_joint.control.mode import Mode
 from vsa_joint.control.records import Inputs, JointMeasurement, Target
-from vsa_joint.control.springs import identified_spring
 from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.impedance.fusion import JointFusion
 from vsa_joint.settings import ControlConfig, JointConfig

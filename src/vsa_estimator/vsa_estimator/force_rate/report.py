@@ -10,6 +10,7 @@ import numpy as np
 from vsa_common.types import Array, ResetReason, Status
 from vsa_estimator.force_law.state import C
 from vsa_estimator.force_rate.ekf import SIZE, R
+from vsa_estimator.output.elastic_law import exponential_law
 from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.tuning.output import (
     INVALID_TIME,
@@ -108,6 +109,7 @@ def state_of(snapshot: Snapshot, estimate: Estimate | None, diagnostics: Mapping
         reset_count=snapshot.reset_count,
         reset_reason=snapshot.reset_reason,
         deflection_reference=snapshot.reference,
+        **exponential_law(snapshot.reference, (*values[:2], values[C.F0]), covariance[:2, :2]).fields(stiffness_valid),
         coefficient_covariance=tuple(covariance.ravel().tolist()),
         observability=tuple(f"{name}: not known from this motion" for name, known in observed.items() if not known),
         **fields,

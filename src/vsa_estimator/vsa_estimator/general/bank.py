@@ -10,7 +10,9 @@ import math
 
 import numpy as np
 from vsa_common.accel import compiled
+from vsa_common.types import Array
 from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
+from vsa_estimator.general.elastic_law import elastic_law
 from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
 from vsa_estimator.general.models import MODELS, geometry_at, members_at, with_growth
@@ -75,6 +77,7 @@ class Bank:
         self._encoder = EncoderMotion()
         self._probabilities = np.full(len(MODELS), 1.0 / len(MODELS))
         self._age, self._count, self._checks = 0.0, 0, list(RELINEARIZATION_TIMES)
+        self._span = (math.inf, -math.inf)  # of the deflections [m]
         self._repeated: Record | None = None  # members of a running repetition
         self._done = 0  # steps of the buffer that it has repeated
 
@@ -96,6 +99,7 @@ class Bank:
             return
         self._geometry["reference"] += offset
         self._geometry["origin"] += offset
+        self._span = self._span[0] + offset, self._span[1] + offset
 
     def step(self, dt: float, deflection: tuple[float, float], force: tuple[float, float], growth: float) -> None:
         """One step dt [s] after the last.
@@ -112,6 +116,7 @@ class Bank:
         step["force"], step["force_variance"] = force
         self._encoder.write(step["encoder"])
         advance(self._members, self._geometry, step)
+        self._span = min(self._span[0], deflection[0]), max(self._span[1], deflection[0])
         mixture(self._members, self._geometry, self._probabilities, self.impedance)
         self._age += dt if self.force_nis is not None else 0.0
         self._store(step, growth)
@@ -156,6 +161,12 @@ class Bank:
         best = self._members[int(np.argmax(self._probabilities))]
         variance = float(best["innovation_variance"])
         return float(best["innovation"]) ** 2 / variance if variance > 0.0 else None
+
+    def elastic_law(self) -> tuple[Array, Array, Array, float] | None:
+        """Elastic law of the mixture, see `vsa_estimator.general.elastic_law`; None before the second step."""
+        if self._members is None or self._span[0] > self._span[1]:
+            return None
+        return elastic_law(self._members, self._geometry, self._probabilities, self._span)
 
     @property
     def description(self) -> str:

@@ -41,6 +41,22 @@ def locate(x: float, origin: float, spacing: float) -> tuple[int, float]:
 
 
 @compiled
+def elastic_spline(geometry: Record, x: float, w: Array, slope: Array) -> int:
+    """Index of the first of four cubic B-splines at x [m]; values and derivatives by x into `w` and `slope` (4,).
+
+    Beyond the ends of the spline they are constant.
+    """
+    origin, spacing = geometry[0]["origin"], geometry[0]["spacing"]
+    i, u = locate(x, origin, spacing)
+    cubic(u, w)
+    cubic_slope(u, slope)
+    inside = 0.0 <= x - origin <= INTERVALS * spacing
+    for j in range(4):
+        slope[j] = slope[j] / spacing if inside else 0.0
+    return i
+
+
+@compiled
 def growth_factor(geometry: Record, x: float) -> float:
     """exp(kappa (x - reference)), limited."""
     exponent = geometry[0]["growth"] * (x - geometry[0]["reference"])
@@ -53,6 +69,16 @@ def add_integrals(geometry: Record, i: int, left: float, x: float, out: Array) -
 
     Beyond the ends of the spline B_j is constant.
     """
+    end = geometry[0]["origin"] + (i + 1) * geometry[0]["spacing"]
+    if x > end:
+        _add_smooth(geometry, i, left, end, out)
+        left = end
+    _add_smooth(geometry, i, left, x, out)
+
+
+@compiled
+def _add_smooth(geometry: Record, i: int, left: float, x: float, out: Array) -> None:
+    """`add_integrals` where x is not beyond the end of interval i, or left and x both are."""
     origin, spacing = geometry[0]["origin"], geometry[0]["spacing"]
     w = np.empty(4)
     half, middle = 0.5 * (x - left), 0.5 * (x + left)
@@ -84,9 +110,9 @@ def damping_spline(v: float, spacing: float, w: Array, slope: Array) -> int:
     s = min(abs(v) / spacing, MAX_CELLS)
     i = int(s)
     u = s - i
-    if i >= DAMPER_SIZE - 2:
-        i, u = DAMPER_SIZE - 3, 1.0
     side = 1.0 if v >= 0.0 else -1.0
+    if i >= DAMPER_SIZE - 2:  # constant beyond the last knot
+        i, u, side = DAMPER_SIZE - 3, 1.0, 0.0
     w[0], w[1], w[2] = 0.5 * (1.0 - u) ** 2, 0.5 + u - u * u, 0.5 * u * u
     slope[0], slope[1], slope[2] = -side * (1.0 - u) / spacing, side * (1.0 - 2.0 * u) / spacing, side * u / spacing
     return i

@@ -8,7 +8,7 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.force_law.damper import damping as paper_damping
 from vsa_estimator.force_law.damper import damping_slope, peak_speed
-from vsa_estimator.general.basis import cubic, cubic_slope, damping_spline, locate
+from vsa_estimator.general.basis import damping_spline, elastic_spline
 from vsa_estimator.general.lack_of_fit import inflation
 from vsa_estimator.general.records import (
     D0,
@@ -33,17 +33,15 @@ def ln_stiffness(member: Record, geometry: Record, gradient: Array, slope_gradie
     """Natural logarithm of the stiffness in N/m, its slope over the deflection [1/m], and both gradients (SIZE,)."""
     z, now = member[0]["mean"], geometry[0]
     x, w, slope = z[X], np.empty(4), np.empty(4)
-    i, u = locate(x, now["origin"], now["spacing"])
-    cubic(u, w)
-    cubic_slope(u, slope)
+    i = elastic_spline(geometry, x, w, slope)
     relative, relative_slope = 0.0, 0.0
     for j in range(4):
         relative += w[j] * z[SPRING + i + j]
-        relative_slope += slope[j] * z[SPRING + i + j] / now["spacing"]
+        relative_slope += slope[j] * z[SPRING + i + j]
     relative = max(relative, MIN_RELATIVE_STIFFNESS * abs(z[SPRING + i]) + 1e-6)
     for j in range(4):
         gradient[SPRING + i + j] = w[j] / relative
-        slope_gradient[SPRING + i + j] = (slope[j] / now["spacing"] - relative_slope / relative * w[j]) / relative
+        slope_gradient[SPRING + i + j] = (slope[j] - relative_slope / relative * w[j]) / relative
     gradient[X] = now["growth"] + relative_slope / relative
     return now["growth"] * (x - now["reference"]) + math.log(relative), gradient[X]
 

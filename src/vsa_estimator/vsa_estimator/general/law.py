@@ -12,7 +12,7 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.force_law.damper import clip_speed, damper_terms, peak_speed
 from vsa_estimator.force_law.friction import friction_slope, smoothed_sign
-from vsa_estimator.general.basis import add_integrals, cubic, cubic_slope, damper_integrals, growth_factor, locate
+from vsa_estimator.general.basis import add_integrals, damper_integrals, elastic_spline, growth_factor
 from vsa_estimator.general.records import (
     D0,
     D1,
@@ -59,18 +59,15 @@ LAW = np.dtype([
 def add_spring(member: Record, geometry: Record, gradient: Array, law: Record) -> float:
     """Elastic force [N] and its gradient; stiffness and its slope into `law`, (1,) LAW."""
     z, linear, out = member[0]["mean"], member[0]["linear"], law[0]
-    x, spacing = out["deflection"], geometry[0]["spacing"]
-    i, u = locate(x, geometry[0]["origin"], spacing)
+    x, w, slope = out["deflection"], out["weights"], np.empty(4)
+    i = elastic_spline(geometry, x, w, slope)
     integrals = gradient[SPRING:]
     integrals[:] = geometry[0]["table"][i]
-    add_integrals(geometry, i, geometry[0]["origin"] + i * spacing, x, integrals)
-    w, slope = out["weights"], np.empty(4)
-    cubic(u, w)
-    cubic_slope(u, slope)
+    add_integrals(geometry, i, geometry[0]["origin"] + i * geometry[0]["spacing"], x, integrals)
     factor, relative, relative_slope, force = growth_factor(geometry, x), 0.0, 0.0, 0.0
     for j in range(4):
         relative += w[j] * linear[SPRING + i + j]
-        relative_slope += slope[j] * linear[SPRING + i + j] / spacing
+        relative_slope += slope[j] * linear[SPRING + i + j]
     for j in range(SPRING_SIZE):
         force += integrals[j] * z[SPRING + j]
     out["interval"], out["factor"] = i, factor

@@ -120,3 +120,9 @@ class State(NamedTuple):
     force_rejected: int
     deflection_rejected: int
     force_repeated: int
+    elastic_law: str
+    elastic_law_valid: bool
+    elastic_force: float
+    elastic_deflection: tuple[float, ...]
+    elastic_ln_stiffness: tuple[float, ...]
+    elastic_ln_stiffness_covariance: tuple[float, ...]

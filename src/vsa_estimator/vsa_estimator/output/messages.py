@@ -1,6 +1,7 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Estimates and states as serialized messages; fields are taken by the names in the message definitions."""
 
+from collections.abc import Iterator
 from operator import itemgetter
 from typing import Any
 
@@ -16,11 +17,9 @@ def _fields(message: Any) -> list[str]:
 
 impedance_fields = itemgetter(*(Estimate._fields.index(name) for name in _fields(TransmissionImpedance)))
 
-_TEXTS = ("reason", "observability")
+_TEXTS = ("reason", "observability", "elastic_law")
+_SEQUENCES = ("elastic_deflection", "elastic_ln_stiffness", "elastic_ln_stiffness_covariance")
 _NUMBERS = [name for name in _fields(EstimatorState) if name not in _TEXTS]
-_MATRIX = _NUMBERS.index("coefficient_covariance")
-_before_matrix = itemgetter(*(State._fields.index(name) for name in _NUMBERS[:_MATRIX]))
-_after_matrix = itemgetter(*(State._fields.index(name) for name in _NUMBERS[_MATRIX + 1 :]))
 
 
 class ImpedanceWriter:
@@ -39,18 +38,24 @@ class StateWriter:
 
     def __init__(self, frame_id: str) -> None:
         self._frame_id = frame_id
-        self._texts: tuple[str, tuple[str, ...]] = "", ()
-        self._writer = self._new_writer()
+        self._template: dict[str, Any] = {}  # what the writer's template has
+        self._writer: Writer
 
     def write(self, stamp_ns: int, state: State) -> bytes:
         """The message of a state at a stamp [ns]."""
-        texts = state.reason, state.observability
-        if texts != self._texts:
-            self._texts = texts
-            self._writer = self._new_writer()
-        numbers = *_before_matrix(state), *state.coefficient_covariance, *_after_matrix(state)
-        return self._writer.write(stamp_ns, numbers)
+        template: dict[str, Any] = {name: getattr(state, name) for name in _TEXTS}
+        template |= {name: [0.0] * len(getattr(state, name)) for name in _SEQUENCES}
+        template["observability"] = list(state.observability)
+        if template != self._template:
+            self._template = template
+            self._writer = Writer(EstimatorState(header=Header(frame_id=self._frame_id), **template))
+        return self._writer.write(stamp_ns, list(_numbers(state)))
 
-    def _new_writer(self) -> Writer:
-        reason, lines = self._texts
-        return Writer(EstimatorState(header=Header(frame_id=self._frame_id), reason=reason, observability=list(lines)))
+
+def _numbers(state: State) -> Iterator[Any]:
+    """Numbers of a state in the order of the message; a sequence begins with its length."""
+    for name in _NUMBERS:
+        value = getattr(state, name)
+        if name in _SEQUENCES:
+            yield len(value)
+        yield from value if isinstance(value, tuple) else (value,)

@@ -8,6 +8,7 @@ import numpy as np
 from vsa_common.types import ResetReason, Status
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import Z
+from vsa_estimator.output.elastic_law import exponential_law
 from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.output.validity import UNOBSERVABLE, assess_observability, describe_unobservable
 
@@ -47,6 +48,11 @@ def state_of(tracker: Tracker, estimate: Estimate | None, diagnostics: Diagnosti
     variance = np.diag(covariance).tolist()
     variance[Z.K2], variance[Z.D2] = tracker.uncertainty.k2_variance, tracker.uncertainty.d2_variance
     variance[Z.M] = tracker.uncertainty.inertia_variance
+    law = exponential_law(
+        tracker.reference,
+        (tracker.z[Z.S], tracker.z[Z.K2], tracker.z[Z.F0]),
+        covariance[Z.S : Z.K2 + 1, Z.S : Z.K2 + 1],
+    )
     values: dict[str, Any] = {}
     for name, index in _MOTION.items():
         values |= _quantity(name, tracker.z[index], variance[index], estimate is not None and estimate.velocity_valid)
@@ -59,6 +65,7 @@ def state_of(tracker: Tracker, estimate: Estimate | None, diagnostics: Diagnosti
         status=estimate.status if estimate else Status.INITIALIZING,
         reason=reason if estimate else "no sample yet",
         deflection_reference=tracker.reference,
+        **law.fields(stiffness_valid),
         coefficient_covariance=tuple(covariance[3:, 3:].ravel().tolist()),
         observability=lines,
         force_innovation=float(force["innovation"]), force_innovation_variance=float(force["variance"]),

@@ -15,7 +15,7 @@ import math
 from vsa_joint.control.motor_map import MotorMap
 from vsa_joint.control.records import Feasibility, Measurement, Target
 from vsa_joint.control.setpoint_filter import SetpointFilter
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.springs import force_variance, position_variance
 from vsa_joint.control.stiffness_range import StiffnessRange, force_for, reachable_range, relative_std
 from vsa_joint.control.tendon_motion import CoContractionMotion
 from vsa_joint.impedance.tension import unloaded_force
@@ -43,7 +43,7 @@ class StiffnessControl:
         self._dt = 1.0 / config.rate  # s
         self._deflection = 0.0  # due to the load [rad]
         self._load = 0.0  # low-pass filtered external torque [N m]
-        self._force_offset = 0.0  # N, the larger of both springs
+        self._least_force = 0.0  # N, the larger of both springs
         self._setpoint = 0.0  # commanded stiffness [N m/rad]
         self._filtered_setpoint = 0.0  # ln(F - F0)
         self._log_force, self._rest_angle = SetpointFilter(0.0), SetpointFilter(0.0)  # ln(F - F0); rad
@@ -69,7 +69,7 @@ class StiffnessControl:
         self._load = self._torque(measurement)
         self._deflection = self._load / max(measurement.stiffness, MIN_STIFFNESS)
         self.equilibrium = measurement.angle - self._deflection
-        self._force_offset = max(spring.force_offset for spring in measurement.springs)
+        self._least_force = max(spring.least_force for spring in measurement.springs)
         self._filtered_setpoint = self._log_above_offset(unloaded_force(measurement.tension, self._config.radius))
         self._log_force, self._rest_angle = SetpointFilter(self._filtered_setpoint), SetpointFilter(self.equilibrium)
         self._integral_trim = self._slack_protection = self._integral = self._phase = self._setpoint = 0.0
@@ -91,7 +91,7 @@ class StiffnessControl:
         force = force_for(target.stiffness, self._load, springs, self.joint, reachable)
         error = max(
             relative_std(force, self._load, springs, self.joint, variance)
-            for variance in (Spring.position_variance, Spring.force_variance)
+            for variance in (position_variance, force_variance)
         )
         if error > config.error_max:
             text = f"predicted error of the stiffness {error:.0%}: move the joint until k2 and F0 converge"
@@ -159,7 +159,7 @@ class StiffnessControl:
     def _update_slack_protection(self, measurement: Measurement) -> None:
         """Increase both forces while one is close to slack, decrease them while one exceeds the limit."""
         forces = [2.0 * tension for tension in measurement.tension]
-        margin = min(f - spring.force_offset for f, spring in zip(forces, measurement.springs, strict=True))
+        margin = min(f - spring.least_force for f, spring in zip(forces, measurement.springs, strict=True))
         lacking = max(0.0, SLACK_SHARE * self._config.slack_margin - margin)
         excess = max(0.0, max(forces) - self._config.force_max)
         decay = PROTECTION_DECAY * self._slack_protection
@@ -188,10 +188,10 @@ class StiffnessControl:
     @property
     def _force(self) -> float:
         """Filtered unloaded force of transmission_1 [N]."""
-        return self._force_offset + math.exp(self._log_force.value)
+        return self._least_force + math.exp(self._log_force.value)
 
     def _log_above_offset(self, force: float) -> float:
-        return math.log(max(force - self._force_offset, MIN_FORCE_ABOVE_OFFSET))
+        return math.log(max(force - self._least_force, MIN_FORCE_ABOVE_OFFSET))
 
     def _torque(self, measurement: Measurement) -> float:
         """External torque in static equilibrium with the tendons [N m]."""

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vsa_joint.control.springs import Spring, Springs
+from vsa_joint.control.springs import Spring, Springs, position_variance
 from vsa_joint.geometry import Joint
 from vsa_joint.impedance.reflection import branch_stiffness, joint_stiffness
 from vsa_joint.settings import Limits
@@ -46,11 +46,11 @@ def relative_std(
     torque: float,
     springs: Springs,
     joint: Joint,
-    variance: Callable[[Spring, float], float] = Spring.position_variance,
+    variance: Callable[[Spring, float], float] = position_variance,
 ) -> float:
     """Predicted relative standard deviation of the joint stiffness at a force of transmission_1.
 
-    `variance` is that of ln stiffness of a spring: `Spring.position_variance` or `Spring.force_variance`.
+    `variance` is that of ln stiffness of a spring: `position_variance` or `force_variance`.
     """
     forces = (force, partner_force(force, torque, joint))
     total = total_variance = 0.0
@@ -74,7 +74,7 @@ def reachable_range(torque: float, springs: Springs, joint: Joint, limits: Limit
     def greatest(spring: Spring) -> float:
         return min(limits.force_max, spring.force(limits.deflection_max))
 
-    low = max(first.force_offset + margin, of_partner(second.force_offset + margin))
+    low = max(first.least_force + margin, of_partner(second.least_force + margin))
     high = min(greatest(first), of_partner(greatest(second)))
     if low >= high:
         return None

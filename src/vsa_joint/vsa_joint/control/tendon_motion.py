@@ -9,7 +9,7 @@ both transmissions so that the stiffness of the joint does not change.
 from vsa_joint.control.springs import Spring, Springs
 from vsa_joint.control.stiffness_range import partner_force
 from vsa_joint.geometry import Joint, TendonPath
-from vsa_joint.tuning import LEAD_BISECTIONS, MAX_LEAD
+from vsa_joint.tuning import LEAD_BISECTIONS, MAX_LEAD, MIN_STIFFNESS_SLOPE
 
 Pair = tuple[float, float]  # transmission_1, transmission_2
 
@@ -32,8 +32,8 @@ class CoContractionMotion:
         at_rest = self._at_rest(force, springs)
         speeds = [(position - last) / dt for position, last in zip(at_rest, before, strict=True)]
         (first, second), (path_1, path_2) = springs, self._joint.paths
-        slope_1 = _stiffness_slope(first, first.stiffness_at(at_rest[0]), path_1)
-        slope_2 = _stiffness_slope(second, second.stiffness_at(at_rest[1]), path_2)
+        slope_1 = _stiffness_slope(first, at_rest[0], path_1)
+        slope_2 = _stiffness_slope(second, at_rest[1], path_2)
         share_1, share_2 = slope_2 / (slope_1 + slope_2), slope_1 / (slope_1 + slope_2)
         last_lead = self._lead
 
@@ -60,7 +60,11 @@ class CoContractionMotion:
         return first.deflection(force), second.deflection(partner_force(force, 0.0, self._joint))
 
 
-def _stiffness_slope(spring: Spring, stiffness: float, path: TendonPath) -> float:
+def _stiffness_slope(spring: Spring, deflection: float, path: TendonPath) -> float:
     """Derivative of the joint stiffness by the deflection of one transmission [N/rad]."""
-    series = 4.0 * path.tendon_stiffness
-    return spring.k2 * stiffness * (path.radius * series / (stiffness + series)) ** 2
+    stiffness, series = spring.stiffness_at(deflection), 4.0 * path.tendon_stiffness
+    return (
+        max(spring.slope_at(deflection), MIN_STIFFNESS_SLOPE)
+        * stiffness
+        * (path.radius * series / (stiffness + series)) ** 2
+    )

@@ -16,7 +16,7 @@ class Writer:
     """Serializes a stamped message: the strings are those of a template, the numbers are passed to `write`."""
 
     def __init__(self, message: Any) -> None:
-        """`message` is the template, a ROS message that begins with std_msgs/Header."""
+        """`message` is the template, a ROS message that begins with std_msgs/Header, with sequences of full length."""
         self._data = bytearray([0, NATIVE, 0, 0])  # plain CDR
         self._runs: list[tuple[struct.Struct, int, int, int]] = []  # layout, offset [byte], first number, end
         count = 0
@@ -33,7 +33,10 @@ class Writer:
             count += len(codes)
 
     def write(self, stamp_ns: int, numbers: Sequence[Any]) -> bytes:
-        """The message with this stamp [ns] and `numbers`: all of the message but the header's, in its order."""
+        """The message with this stamp [ns] and `numbers`: all of the message but the header's, in its order.
+
+        A sequence of numbers has its length before its elements.
+        """
         values = (*divmod(stamp_ns, NANOSECONDS), *numbers)
         for layout, offset, first, last in self._runs:
             layout.pack_into(self._data, offset, *values[first:last])
@@ -105,15 +108,15 @@ def _texts(data: bytes, at: int, order: int) -> tuple[list[str], int]:
 def _parts(message: Any) -> Iterator[Any]:
     """Parts of a message in the order of the wire: numbers as their codes, strings as their bytes.
 
-    A sequence of strings comes before its strings: the wire has its length there.
+    A sequence begins with its length: one of strings as itself, one of numbers as the code of the length.
     """
     for name, kind in message.get_fields_and_field_types().items():
         base, _, count = kind.rstrip("]").partition("[")
         value = getattr(message, name)
-        if kind == "sequence<string>":
-            yield value
-            base = "string"
-        for one in value if count or isinstance(value, list) else [value]:
+        if kind.startswith("sequence<"):
+            base, count = kind[len("sequence<") : -1], "any"
+            yield value if base == "string" else CODES["uint32"]
+        for one in value if count else [value]:
             if base == "string":
                 yield one.encode() + b"\0"
             elif base in CODES:
