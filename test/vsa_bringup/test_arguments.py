@@ -47,7 +47,7 @@ def test_a_value_is_read(name, value, expected):
         ("view", "70000", "view = '70000': must be true, false or a TCP port"),
         ("namespace", "/", "namespace = '/': must be a name"),
         ("namespace", "", "namespace = '': must be a name"),
-        ("config", "typo.yaml", "typo.yaml: [Errno 2] No such file or directory: 'typo.yaml'"),
+        ("config", "typo.yaml", "typo.yaml: No such file or directory"),
         ("config", __file__, f"{__file__}: "),
     ],
 )

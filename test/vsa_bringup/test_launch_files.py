@@ -81,7 +81,7 @@ def test_the_launch_system_is_the_installed_one():
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (["config:=typo.yaml"], "typo.yaml: [Errno 2] No such file or directory: 'typo.yaml'"),
+        (["config:=typo.yaml"], "typo.yaml: No such file or directory"),
         (["namspace:=left"], "namspace: no such argument; did you mean namespace?"),
         (["autostart:=yes"], "autostart = 'yes': must be one of true, false"),
     ],

@@ -32,7 +32,7 @@ def test_the_noise_figures_of_section_vi_are_reproduced(tmp_path, capsys):
     ("stamps", "named"),
     [
         ([0.0, 0.01, 0.02], "samples"),
-        ([*np.arange(300) * 0.01, 9.0], "gaps of 600 samples, the longest after 2.990 s"),
+        ([*(1.7e9 + np.arange(300) * 0.01), 1.7e9 + 9.0], "gaps of 600 samples, the longest 2.990 s after the first"),
     ],
 )
 def test_a_recording_that_is_too_short_or_uneven_is_rejected(tmp_path, capsys, stamps, named):

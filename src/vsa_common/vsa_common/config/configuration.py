@@ -225,7 +225,9 @@ def read_parameter_file(path: str | Path) -> dict[str, Any]:
     """The sections of a ROS parameter file. Raises ConfigurationError naming the file if it is not one."""
     try:
         tree = yaml.safe_load(Path(path).read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except OSError as error:
+        raise ConfigurationError(f"{path}: {error.strerror}") from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
         raise ConfigurationError(f"{path}: {' '.join(str(error).split())}") from error
     if not isinstance(tree, dict):
         raise ConfigurationError(f"{path}: expected a ROS parameter file, 'node: ros__parameters: ...'")

@@ -25,8 +25,8 @@ def analyse(recording: Recording) -> tuple[dict[str, Allan], Timing]:
         raise RecordingError(f"{recording.source}: expected at least {MIN_NOISE_SAMPLES} samples, found {len(time)}")
     step = timing.period
     if timing.missing > MAX_MISSING_SHARE * len(time):
-        at = float(even.stamp[int(np.argmax(np.diff(time)))])
-        text = f"gaps of {timing.missing} samples, the longest after {at:.3f} s; expected one every {step:.4g} s"
+        at = float(time[int(np.argmax(np.diff(time)))])  # stamps of a live system count from 1970
+        text = f"gaps of {timing.missing} samples, the longest {at:.3f} s after the first; expected {step:.4g} s apart"
         raise RecordingError(f"{recording.source}: {text}")
     stride = max(1, round(INDEPENDENT_TIMES * RATE_FILTER / step))
     rate = filtered_rate(force, step)[round(SETTLING_TIMES * RATE_FILTER / step) :: stride]
