@@ -11,7 +11,7 @@ import numpy as np
 from vsa_common.types import Array, Integers, ResetReason, Status
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.filter.records import Record
-from vsa_estimator.initialization.previous_run import coefficients_of, start_from
+from vsa_estimator.initialization.previous_run import coefficients_of
 from vsa_estimator.law_choice import with_bank
 from vsa_estimator.modes import Mode
 from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
@@ -197,8 +197,7 @@ class Estimator:
         supervisor = self._supervisor
         supervisor.set_encoder_fault(flags & _ENCODER_FAULT > 0)
         if supervisor.modes.mode is Mode.WAITING:
-            supervisor.start(instant_ns, force, deflection)
-            start_from(self._previous, supervisor.tracker, supervisor.modes, supervisor.consistency)
+            supervisor.start(instant_ns, force, deflection, self._previous)
         if flags:
             self._handle_flags(flags, stamp_ns, instant_ns)
         blocks, decimating = self._pipeline.finished(finished), self._pipeline.is_decimating

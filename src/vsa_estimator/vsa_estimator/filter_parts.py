@@ -5,10 +5,12 @@ from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, ConsistencyMonitor, Decision
 from vsa_estimator.fault_detection.counters import Counters
 from vsa_estimator.fault_detection.latch import FaultLatch
+from vsa_estimator.fault_detection.parity_check import Coefficients
 from vsa_estimator.fault_detection.position import PositionMonitor
 from vsa_estimator.filter.adaptation import NoiseAdaptation
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.initialization.hand_over import HandOver
+from vsa_estimator.initialization.previous_run import start_from
 from vsa_estimator.law_choice import LawChoice
 from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.preprocessing.decimator import Decimated
@@ -50,13 +52,16 @@ class FilterParts:
         self._config = config
         self.noise.reconfigure(config)
 
-    def start(self, instant_ns: int, force: float, deflection: float) -> None:
-        """Begin with the first sample ([ns], [N], [m])."""
+    def start(self, instant_ns: int, force: float, deflection: float, previous: Coefficients | None) -> None:
+        """Begin with the first sample ([ns], [N], [m]) and the coefficients of a previous run."""
         self.modes.handle(Event.FIRST_SAMPLE)
         self.tracker.start(deflection, force, self.noise.deflection.std**2)
         self._position.restart(instant_ns)
         self._epoch_ns = self.step_ns = self._refreshed_ns = instant_ns
         self._moved_ns = instant_ns - int(MOTION_HOLD_TIME * 1e9)
+        if previous is not None:
+            start_from(previous, self.tracker, self.modes, self.consistency)
+            self.laws.confirm()
 
     def _apply(self, decision: Decision, reason: str) -> None:
         """Carry out a decision: coefficients first, then mode and counters."""

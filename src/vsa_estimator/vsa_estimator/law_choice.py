@@ -5,8 +5,6 @@ import math
 
 import numpy as np
 from vsa_common.accel import ACCELERATED
-from vsa_estimator.filter.output_prediction import predict_output
-from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.general.records import IMPEDANCE, Record
 from vsa_estimator.general.selection import LawSelection
@@ -67,9 +65,17 @@ class LawChoice:
         if self._laws is not None:
             self._laws.restart()
 
+    def confirm(self) -> None:
+        """The exponential law holds, by a previous run."""
+        if self._laws is not None:
+            self._laws.is_confirmed = True
+
     def reject(self) -> None:
-        """The filter's coefficients are given up; the bank drops its data unless it explains the force."""
-        if self._laws is not None and (self._laws.is_confirmed or not self._laws.is_adequate):
+        """The filter's coefficients are given up; the bank drops its data unless it explains the force.
+
+        A law that is confirmed keeps its form: its coefficients are estimated again.
+        """
+        if self._laws is not None and not self._laws.is_confirmed and not self._laws.is_adequate:
             self._laws.restart()
 
     def interrupt(self) -> None:
@@ -82,7 +88,7 @@ class LawChoice:
         if self._laws is not None:
             self._laws.shift(offset)
 
-    def step(self, block: Decimated, noise: tuple[float, float], tracker: Tracker, modes: ModeMachine) -> bool:
+    def step(self, block: Decimated, noise: tuple[float, float], modes: ModeMachine) -> bool:
         """Step the bank by a block with the variances `noise` of deflection [m^2] and force [N^2].
 
         Whether the operating mode has to change: the exponential law is refuted, or in mode GENERAL no law explains the
@@ -91,20 +97,15 @@ class LawChoice:
         if self._laws is None:
             return False
         force = block.force if block.forces else math.nan
-        k2 = float(tracker.uncertainty.k2) if modes.mode is Mode.TRACKING else None
-        self._laws.step(block.stamp_ns, (block.deflection, noise[0]), (force, noise[1]), k2)
+        self._laws.step(block.stamp_ns, (block.deflection, noise[0]), (force, noise[1]))
         if modes.general:
             return self._laws.has_failed
         return modes.mode is not Mode.SUSPENDED and self._laws.is_refuted
 
-    def choose(self, tracker: Tracker, modes: ModeMachine, jerk_density: float) -> None:
+    def choose(self, modes: ModeMachine) -> None:
         """Choose what is published: the bank in mode GENERAL, and where it is preferred to the filter."""
-        self.publishes_bank = modes.general
-        if self._laws is None or modes.general or modes.suspended:
-            return
-        prediction = np.empty(1, PREDICTION)
-        predict_output(tracker.state, tracker.reference, 0.0, jerk_density, prediction)
-        self.publishes_bank = self._laws.is_preferred(prediction)
+        preferred = self._laws is not None and self._laws.is_preferred and not modes.suspended
+        self.publishes_bank = modes.general or preferred
 
     def coefficients(self, tracker: Tracker) -> Coefficients:
         """Published coefficients; k2 of the bank is the local slope of ln sigma, d2 is not defined there."""

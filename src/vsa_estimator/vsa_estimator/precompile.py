@@ -41,7 +41,7 @@ def _run_bank() -> None:
     initial = EstimatorConfig().initial
     bank = Bank(initial, 10.0)
     for number in range(60):  # 6 s at 1 mm/s: beyond the first repetition
-        bank.step(0.1, (0.01 + 1e-4 * number, 1e-10), (30.0, 1e-4), initial.k2)
+        bank.step(0.1, (0.01 + 1e-4 * number, 1e-10), (30.0, 1e-4))
     bank.repeat_slice()
     bank.interrupt(0.01, 1e-10)
 

@@ -66,14 +66,14 @@ class Supervisor(FilterParts):
             self._refresh(block)
         self._samples_per_step = block.samples
         tracker.update_uncertainty()
-        self.laws.choose(tracker, self.modes, self.noise.jerk.density)
+        self.laws.choose(self.modes)
         self.inertia_observable = not self.laws.publishes_bank and inertia_observable(tracker, self.noise.force.std)
 
     def _step_laws(self, block: Decimated, deflection_variance: float) -> None:
         """Step the bank of laws; mode GENERAL where it refutes the exponential law, and back where it fails."""
         if self.encoder_fault:
             self.laws.interrupt()
-        elif self.laws.step(block, (deflection_variance, self._force_variance(block)), self.tracker, self.modes):
+        elif self.laws.step(block, (deflection_variance, self._force_variance(block)), self.modes):
             if self.modes.general:
                 self._restart_initialization(self._force)
                 self.counters.count_reset(ResetReason.INNOVATION)
@@ -90,7 +90,7 @@ class Supervisor(FilterParts):
             self.noise.refresh(False)
         self._samples_per_step = block.samples
         self.inertia_observable = False
-        self.laws.choose(self.tracker, self.modes, self.noise.jerk.density)
+        self.laws.choose(self.modes)
 
     def _is_refresh_due(self, block: Decimated) -> bool:
         """Whether noise levels and start values are to be renewed; counted from there on."""

@@ -31,7 +31,7 @@ def run(bank, recording):
     """ln stiffness and its variance after each sample (n, 2); repetitions end at once."""
     out = np.zeros((recording.force.size, 2))
     for i, (force, deflection) in enumerate(zip(recording.force, recording.deflection, strict=True)):
-        bank.step(0.01, (float(deflection), NOISE[1]), (float(force), NOISE[0]), Initial().k2)
+        bank.step(0.01, (float(deflection), NOISE[1]), (float(force), NOISE[0]))
         while bank.is_repeating:
             bank.repeat_slice()
         out[i] = bank.impedance[0]["ln_stiffness"], bank.impedance[0]["ln_stiffness_variance"]
@@ -88,7 +88,7 @@ def test_after_a_gap_the_law_is_kept():
     bank = Bank(Initial(), 100.0)
     run(bank, recording)
     bank.interrupt(float(recording.deflection[-1]), NOISE[1])
-    bank.step(0.01, (float(recording.deflection[-1]), NOISE[1]), (float(recording.force[-1]), NOISE[0]), Initial().k2)
+    bank.step(0.01, (float(recording.deflection[-1]), NOISE[1]), (float(recording.force[-1]), NOISE[0]))
     assert bank.impedance[0]["ln_stiffness"] == pytest.approx(np.log(simulation.stiffness[-1]), abs=0.05)
 
 
@@ -101,3 +101,37 @@ def test_the_estimator_changes_to_the_bank_only_where_the_law_is_refuted(spring,
     error = rows["stiffness"][3000:] / simulation.stiffness[3000:] - 1.0
     assert rows["stiffness_valid"][3000:].all()
     assert np.median(np.abs(error)) < 0.005
+
+
+def feed(bank, deflections, force=30.0):
+    for x in deflections:
+        bank.step(0.01, (float(x), NOISE[1]), (force, NOISE[0]))
+
+
+def test_a_reversal_counts_after_a_travel_that_changes_the_stiffness():
+    bank = Bank(Initial(), 100.0)
+    rng = np.random.default_rng(1)
+    feed(bank, 0.01 + 1e-5 * rng.standard_normal(200))  # noise at rest
+    assert bank.turns == 0
+    t = np.arange(600) * 0.01
+    feed(bank, 0.01 + 1e-3 * np.sin(2.0 * np.pi * 0.5 * t))  # three periods: six reversals
+    assert bank.turns == 6
+    feed(bank, 0.01 + 5e-5 * np.sin(2.0 * np.pi * 0.5 * t))  # stiffness changes by 3 %
+    assert bank.turns == 6
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.5e-3])
+def test_a_repetition_passes_a_gap_and_a_shift_of_the_encoder(shift):
+    simulation, recording = simulated("quadratic", duration=20.0)
+    bank = Bank(Initial(), 100.0)
+    for i, (force, deflection) in enumerate(zip(recording.force, recording.deflection, strict=True)):
+        moved = (float(deflection) + (shift if i >= 800 else 0.0), NOISE[1])
+        if i == 800:  # between the repetitions at 6 and 10 s
+            bank.shift(shift)
+            bank.interrupt(*moved)
+            continue
+        bank.step(0.01, moved, (float(force), NOISE[0]))
+        while bank.is_repeating:
+            bank.repeat_slice()
+    assert bank.turns >= 2
+    assert abs(bank.impedance["ln_stiffness"][0] - np.log(simulation.stiffness[-1])) < 0.01

@@ -36,7 +36,7 @@ def step(laws, recording, i, force_error=0.0, encoder_shift=0.0):
     """Sample i of a recording; a repetition ends at once."""
     deflection = (float(recording.deflection[i]) + encoder_shift, VARIANCES[0])
     force = (float(recording.force[i]) + force_error, VARIANCES[1])
-    laws.step(int(recording.stamp_ns[i]), deflection, force, Initial().k2)
+    laws.step(int(recording.stamp_ns[i]), deflection, force)
     while laws.bank.is_repeating:
         laws.bank.repeat_slice()
 
@@ -53,7 +53,7 @@ def error_of(laws, simulation, i):
 
 
 def test_another_law_is_refuted_only_after_the_refutation_time():
-    _, recording = simulated("linear")
+    _, recording = simulated("quadratic")
     laws, low, first_age = LawSelection(Initial(), 100.0), 0, None
     for i in range(recording.force.size):
         step(laws, recording, i)

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
+from vsa_estimator.settings import EstimatorConfig
 from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.laws.dampers import DAMPERS, DamperConfig
 from vsa_simulator.laws.friction import FRICTIONS, FrictionConfig
@@ -59,6 +60,8 @@ VARIANTS: dict[str, dict[str, TransmissionVariant]] = {
         "stamp_jitter": TransmissionVariant(stamp_jitter=1e-3),
     },
 }
+DEFAULT_LAW = EstimatorConfig.elastic_law
+LAWS = ("exponential", "automatic")
 GROUP_OF = {name: group for group, variants in VARIANTS.items() for name in variants}
 
 
@@ -69,6 +72,7 @@ class Case:
     name: str
     motion: str
     rate_hz: int
+    elastic_law: str = DEFAULT_LAW
 
     @property
     def group(self) -> str:

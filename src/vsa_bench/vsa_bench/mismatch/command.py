@@ -7,13 +7,14 @@ import os
 import secrets
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from vsa_bench.estimation.methods import precompile
-from vsa_bench.mismatch.cases import ALL, GROUP_OF, MOTIONS, QUICK, RATES_HZ, VARIANTS, Case, chosen
+from vsa_bench.mismatch.cases import ALL, DEFAULT_LAW, GROUP_OF, LAWS, MOTIONS, QUICK, RATES_HZ, VARIANTS, Case, chosen
 from vsa_bench.mismatch.recorded import compare_all
 from vsa_bench.mismatch.run import run_case
 from vsa_bench.mismatch.table import markdown, show
@@ -45,21 +46,27 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> dict[str, Any]:
-    cases = list(chosen(QUICK if arguments.quick else ALL, arguments.case, arguments.motion, arguments.rate))
+    cases = [
+        replace(one, elastic_law=arguments.elastic_law)
+        for one in chosen(QUICK if arguments.quick else ALL, arguments.case, arguments.motion, arguments.rate)
+    ]
     base = secrets.randbits(31) if arguments.seed is None else arguments.seed
     count = arguments.seeds or (QUICK_SEEDS if arguments.quick else SEEDS)
     seeds = np.random.SeedSequence(base).generate_state(count).tolist()
     results = run_cases(cases, seeds, arguments.seconds, arguments.workers)
-    recorded = [] if arguments.no_recordings else _recorded(arguments.recordings or shared_data())
-    return {"seed": base, "seconds": arguments.seconds, "cases": results, "recorded": recorded}
+    recorded = (
+        [] if arguments.no_recordings else _recorded(arguments.recordings or shared_data(), arguments.elastic_law)
+    )
+    report = {"seed": base, "seconds": arguments.seconds, "elastic_law": arguments.elastic_law}
+    return {**report, "cases": results, "recorded": recorded}
 
 
-def _recorded(folder: Path | None) -> list[dict[str, Any]]:
+def _recorded(folder: Path | None, elastic_law: str) -> list[dict[str, Any]]:
     """Figures of the real recordings; a line on stderr for what is not usable."""
     if folder is None or not folder.is_dir():
         print(f"bench mismatch: no folder {folder or SHARED_DATA}: without real recordings", file=sys.stderr)
         return []
-    entries, skipped = compare_all(folder)
+    entries, skipped = compare_all(folder, elastic_law)
     for line in skipped:
         print(f"bench mismatch: {line}", file=sys.stderr)
     return entries
@@ -99,6 +106,9 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
         prog="bench mismatch",
         description="Estimator and peers on transmissions and sensors that differ from the paper's, from wrong start "
         "values, in the default configuration. Every case in five motions at 100 Hz and 1 kHz.",
+    )
+    parser.add_argument(
+        "--elastic-law", choices=LAWS, default=DEFAULT_LAW, help="parameter elastic_law of the estimator (%(default)s)"
     )
     parser.add_argument(
         "--case", nargs="+", default=[], choices=[*VARIANTS, *GROUP_OF], metavar="NAME",

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from vsa_bench.mismatch.cases import DEFAULT_LAW
 from vsa_bench.mismatch.metrics import SCORED_FROM, Estimates, inadequate_share, quantity_figures
 from vsa_bench.mismatch.reference import Reference, local_slopes
 from vsa_bench.mismatch.run import estimate
@@ -30,7 +31,7 @@ def recordings(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
 
 
-def compare(path: Path) -> Iterator[dict[str, Any]]:
+def compare(path: Path, elastic_law: str = DEFAULT_LAW) -> Iterator[dict[str, Any]]:
     """Figures of one file against local regression and, where it has the truth, against that; none if too short.
 
     The estimator has its default configuration: with the default start values, and with those of `./vsa identify` on
@@ -53,7 +54,7 @@ def compare(path: Path) -> Iterator[dict[str, Any]]:
         if start == IDENTIFIED:
             fit = identify([offline.Recording(path, "transmission_1", stamp_ns, stamp, force, deflection)])
             initial = {f"initial.{name}": value for name, value in start_values(fit).items()}
-        rows = estimate(Recording(stamp_ns, force, deflection), initial)
+        rows = estimate(Recording(stamp_ns, force, deflection), initial, elastic_law)
         for name, reference in references.items():
             yield _comparison(path, rows, reference, time) | {"reference": name, "start": start}
 
@@ -84,12 +85,12 @@ def _entry(path: Path, estimates: Estimates, true: Array) -> dict[str, Any]:
     return {"recording": path.name, "points": len(true), "stiffness": figures, "inadequate": None}
 
 
-def compare_all(folder: Path) -> tuple[list[dict[str, Any]], list[str]]:
+def compare_all(folder: Path, elastic_law: str = DEFAULT_LAW) -> tuple[list[dict[str, Any]], list[str]]:
     """Figures of all files of a folder, and one line for each that is not usable."""
     entries, skipped = [], []
     for path in recordings(folder):
         try:
-            found = list(compare(path))
+            found = list(compare(path, elastic_law))
         except (TableError, RecordingError) as error:
             skipped.append(str(error))
             continue

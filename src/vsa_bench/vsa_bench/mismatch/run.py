@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from vsa_bench.estimation.cases import RIGS
 from vsa_bench.estimation.starts import wrong_start
-from vsa_bench.mismatch.cases import MOTIONS, Case
+from vsa_bench.mismatch.cases import DEFAULT_LAW, MOTIONS, Case
 from vsa_bench.mismatch.metrics import (
     DAMPING_FLOOR,
     SCORED_FROM,
@@ -37,7 +37,7 @@ def run_case(case: Case, seeds: Sequence[int], seconds: float) -> dict[str, Any]
     peers = peer_stiffness(recordings, case)
     runs = []
     for row, (seed, recording) in enumerate(zip(seeds, recordings, strict=True)):
-        rows = estimate(recording, start_parameters(simulation, seed))
+        rows = estimate(recording, start_parameters(simulation, seed), case.elastic_law)
         figures = run_figures(rows, simulation)
         scored = simulation.time >= SCORED_FROM * simulation.time[-1]
         figures["peers"] = {
@@ -61,9 +61,9 @@ def start_parameters(simulation: Simulation, seed: int) -> dict[str, float]:
     return wrong_start(NOMINAL, float(simulation.stiffness[0]), float(simulation.force[0]), random).parameters()
 
 
-def estimate(recording: Recording, parameters: dict[str, float]) -> Record:
-    """Rows of the estimator in its default configuration with the given start values, NaN for dropped samples."""
-    estimator = create_estimator(build(EstimatorConfig, dict(parameters)))
+def estimate(recording: Recording, parameters: dict[str, float], elastic_law: str = DEFAULT_LAW) -> Record:
+    """Rows of the estimator with the given start values, else in its default configuration; NaN for dropped samples."""
+    estimator = create_estimator(build(EstimatorConfig, {**parameters, "elastic_law": elastic_law}))
     return estimator.add_many(recording.stamp_ns, recording.force, recording.deflection)
 
 

@@ -12,15 +12,23 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
-from vsa_estimator.general.elastic_law import elastic_law
+from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
 from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
-from vsa_estimator.general.models import MODELS, geometry_at, members_at, with_growth
+from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
 from vsa_estimator.general.prediction import predict_member
-from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, V
+from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, V, X
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import STATIONARY_SPEED, STATIONARY_TIME
-from vsa_estimator.tuning.general import MAX_EVIDENCE, RELINEARIZATION_TIMES, STEPS_PER_SLICE
+from vsa_estimator.tuning.general import (
+    MAX_EVIDENCE,
+    MIN_GROWTH,
+    RELINEARIZATION_TIMES,
+    SLOPE_STD,
+    STEPS_PER_SLICE,
+    TURN_STDS,
+    TURN_TRAVEL,
+)
 
 
 @compiled
@@ -44,6 +52,10 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
 @compiled
 def advance(members: Record, geometry: Record, step: Record) -> None:
     """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one."""
+    if step[0]["gap"]:
+        for m in range(members.size):
+            reset_motion(members[m : m + 1], step["encoder"])
+        return
     best = -np.inf
     for m in range(members.size):
         advance_member(members[m : m + 1], geometry, step)
@@ -64,6 +76,9 @@ def repeat(members: Record, geometry: Record, steps: Record) -> None:
 class Bank:
     """All members, their repetition, and the impedance of their mixture."""
 
+    _geometry: Record  # (1,) GEOMETRY, from the first step on, like the next
+    _repeated_geometry: Record
+
     def __init__(self, initial: Initial, rate: float) -> None:
         """`initial` coefficients of the prior; `rate` of the filter [Hz]."""
         self._initial = initial
@@ -77,6 +92,7 @@ class Bank:
         self._encoder = EncoderMotion()
         self._probabilities = np.full(len(MODELS), 1.0 / len(MODELS))
         self._age, self._count, self._checks = 0.0, 0, list(RELINEARIZATION_TIMES)
+        self._turns, self._direction, self._extreme = 0, 1, -math.inf
         self._span = (math.inf, -math.inf)  # of the deflections [m]
         self._repeated: Record | None = None  # members of a running repetition
         self._done = 0  # steps of the buffer that it has repeated
@@ -86,27 +102,29 @@ class Bank:
         if self._members is None:
             return
         self._encoder.restart(deflection, variance)
-        self._checks.clear()
-        self._repeated = None
         step = np.zeros(1, STEP)
+        step["gap"] = True
         self._encoder.write(step["encoder"])
-        for m in range(len(self._members)):
-            reset_motion(self._members[m : m + 1], step["encoder"])
+        advance(self._members, self._geometry, step)
+        self._store(step)
 
     def shift(self, offset: float) -> None:
         """Shift the elastic law by `offset` [m]: the encoder reads so much more from now on."""
         if self._members is None:
             return
-        self._geometry["reference"] += offset
-        self._geometry["origin"] += offset
+        for geometry in (self._geometry, self._repeated_geometry):
+            geometry["reference"] += offset
+            geometry["origin"] += offset
+        for members in (self._members, self._prior, self._repeated):
+            if members is not None:
+                members["mean"][:, X] += offset
+        self._buffer["deflection"] += offset
+        self._buffer["encoder"]["mean"][:, X] += offset
         self._span = self._span[0] + offset, self._span[1] + offset
+        self._extreme += offset
 
-    def step(self, dt: float, deflection: tuple[float, float], force: tuple[float, float], growth: float) -> None:
-        """One step dt [s] after the last.
-
-        `deflection` [m] and `force` [N] with their variances; a force of NaN is none. `growth` [1/m] is the estimate of
-        k2, about which a repetition expands the exponential law.
-        """
+    def step(self, dt: float, deflection: tuple[float, float], force: tuple[float, float]) -> None:
+        """One step dt [s] after the last; `deflection` [m] and `force` [N] with their variances, NaN for no force."""
         if self._members is None:
             self._start(deflection, force)
             return
@@ -119,7 +137,8 @@ class Bank:
         self._span = min(self._span[0], deflection[0]), max(self._span[1], deflection[0])
         mixture(self._members, self._geometry, self._probabilities, self.impedance)
         self._age += dt if self.force_nis is not None else 0.0
-        self._store(step, growth)
+        self._count_turns(*deflection)
+        self._store(step)
 
     @property
     def is_repeating(self) -> bool:
@@ -131,6 +150,11 @@ class Bank:
         """Time of motion with forces since the start [s]."""
         return self._age
 
+    @property
+    def turns(self) -> int:
+        """Reversals of the motion since the start, each after a travel over which the stiffness changes by 10 %."""
+        return self._turns
+
     def repeat_slice(self) -> None:
         """Repeat some steps of the running repetition; at its end its members replace the live ones."""
         if self._repeated is None:
@@ -140,7 +164,7 @@ class Bank:
         repeat(self._repeated, self._repeated_geometry, steps)
         self._done += len(steps)
         if self._done == self._count:
-            self._members, self._repeated, self._geometry = self._repeated, None, self._repeated_geometry
+            self._members, self._repeated, self._geometry = self._repeated, None, self._repeated_geometry.copy()
             mixture(self._members, self._geometry, self._probabilities, self.impedance)
 
     @property
@@ -178,12 +202,13 @@ class Bank:
         if math.isnan(force[0]):
             return
         x, variance = deflection
-        self._geometry = self._repeated_geometry = geometry_at(self._initial, x, self._initial.k2)
+        self._geometry = geometry_at(self._initial, x, self._initial.k2)
+        self._repeated_geometry = self._geometry.copy()
         self._members = members_at(self._initial, x, force[0], variance)
-        self._prior = self._members.copy()
+        self._prior = members_at(self._initial, x, force[0], variance, fitted=True)  # of repetitions
         self._encoder.restart(x, variance)
 
-    def _store(self, step: Record, growth: float) -> None:
+    def _store(self, step: Record) -> None:
         """Keep a step for repetitions, and begin one that is due."""
         if not self._checks and self._repeated is None:
             return
@@ -196,8 +221,25 @@ class Bank:
         if self._checks and self._repeated is None and self._age >= self._checks[0] and self._members is not None:
             self._checks.pop(0)
             self._repeated = self._prior.copy()
-            self._repeated_geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), growth)
+            self._repeated_geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), self._growth())
             linear = self._members["mean"].copy()
             linear[:, SPRING:] = with_growth(linear[:, SPRING:], self._geometry, self._repeated_geometry)
             self._repeated["linear"] = linear
             self._done = 0
+
+    def _count_turns(self, deflection: float, variance: float) -> None:
+        """Count a reversal; the noise of the encoder is none."""
+        back = max(TURN_TRAVEL / self._initial.k2, TURN_STDS * math.sqrt(variance))
+        if self._direction * (deflection - self._extreme) >= 0.0:
+            self._extreme = deflection
+        elif abs(deflection - self._extreme) > back:
+            self._turns += 1
+            self._direction, self._extreme = -self._direction, deflection
+
+    def _growth(self) -> float:
+        """kappa [1/m] of the exponential law that fits the elastic law of the most probable simple member best."""
+        assert self._members is not None
+        best = SIMPLE.start + int(np.argmax(self._probabilities[SIMPLE]))
+        law = elastic_law(self._members[best : best + 1], self._geometry, np.ones(1), self._span)
+        k2 = self._initial.k2
+        return max(fitted_growth(*law[:3], (k2, SLOPE_STD * k2)), MIN_GROWTH * k2)

@@ -9,6 +9,7 @@ from vsa_estimator.general.basis import add_integrals, elastic_spline, locate
 from vsa_estimator.general.records import INTERVALS, SPRING, SPRING_SIZE, L, Record
 from vsa_estimator.tuning.general import MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS
 
+MIN_LN_VARIANCE = 1e-8  # of ln stiffness at a knot: keeps the covariance regular
 KNOTS_PER_INTERVAL = 2  # of the spline: ln of a linear spring is then interpolated within 0.1 %
 
 
@@ -37,6 +38,19 @@ def elastic_law(
         square += weight * (max(one["stiffness_inflation"], 1.0) * covariance + np.outer(ln_stiffness, ln_stiffness))
         force += weight * float(one["mean"][L] + at_first @ coefficients)
     return knots, mean, square - np.outer(mean, mean), force
+
+
+def fitted_growth(knots: Array, ln_stiffness: Array, covariance: Array, prior: tuple[float, float]) -> float:
+    """Slope [1/m] of the exponential law that fits an elastic law best (generalized least squares).
+
+    `prior`: mean and standard deviation of the slope [1/m].
+    """
+    weighted = covariance + MIN_LN_VARIANCE * np.eye(len(knots))
+    design = np.stack([np.ones(len(knots)), knots - knots.mean()], axis=1)
+    normal = design.T @ np.linalg.solve(weighted, np.column_stack([design, ln_stiffness]))
+    mean, std = prior
+    normal[1, 1:] += np.array([1.0, mean]) / std**2
+    return float(np.linalg.solve(normal[:, :2], normal[:, 2])[1])
 
 
 def _knots(geometry: Record, span: tuple[float, float]) -> Array:

@@ -45,6 +45,7 @@ from vsa_estimator.tuning.general import (
     DAMPER_SHAPE_LENGTH,
     DAMPER_SHAPE_STD,
     DELAY_STD,
+    FITTED_SLOPE_STD,
     HYSTERESIS_STD,
     INITIAL_JERK_STD,
     LEVEL_RATE_TIME,
@@ -97,6 +98,8 @@ MODELS = (
     Model("hysteresis", 0.03, hysteresis=True, travel_std=0.03, travel_length=0.7e-3, level_density=2.5e-5,
         scale_density=1e-7),
 )  # fmt: skip
+GREVILLE = (np.arange(SPRING_SIZE) - 1.0 - 0.5 * INTERVALS) * SPRING_SPACING  # abscissas of the coefficients [1/k2]
+SIMPLE = slice(1, 5)  # members with any spring, without drift, relaxation and hysteresis
 
 
 def matern(at: NDArray[np.floating[Any]], length: float, std: float) -> Array:
@@ -122,8 +125,13 @@ def geometry_at(initial: Initial, deflection: float, growth: float) -> Record:
     return geometry
 
 
-def members_at(initial: Initial, deflection: float, force: float, deflection_variance: float) -> Record:
-    """(n,) MEMBER, one for each of MODELS, at a first deflection [m] and force [N]."""
+def members_at(
+    initial: Initial, deflection: float, force: float, deflection_variance: float, fitted: bool = False
+) -> Record:
+    """(n,) MEMBER, one for each of MODELS, at a first deflection [m] and force [N].
+
+    `fitted`: the growth of the geometry is that of an exponential fit, so that a spring without shape is exponential.
+    """
     members = np.zeros(len(MODELS), MEMBER)
     for member, model in zip(members, MODELS, strict=True):
         noise = member["model"]
@@ -137,7 +145,10 @@ def members_at(initial: Initial, deflection: float, force: float, deflection_var
             _set_damper(mean, covariance, initial)
         else:
             mean[D1], mean[D2] = initial.d1, initial.d2
-        _set_spring(mean, covariance, initial, force, model.shape)
+        slope_std = FITTED_SLOPE_STD if fitted and not model.shape else SLOPE_STD
+        _set_spring(mean, covariance, initial.k2 * max(force - initial.force_offset, MIN_ELASTIC_FORCE), slope_std)
+        if model.shape:
+            _add_shape(mean, covariance)
         active = np.flatnonzero(np.diag(covariance) > 0.0)
         active = np.union1d(active, [B]) if model.travel_std else active
         member["active"][: active.size], member["count"] = active, active.size
@@ -169,15 +180,15 @@ def _set_damper(mean: Array, covariance: Array, initial: Initial) -> None:
     covariance[part, part] = initial.d1_std**2 + matern(at, DAMPER_SHAPE_LENGTH, DAMPER_SHAPE_STD * initial.d1)
 
 
-def _set_spring(mean: Array, covariance: Array, initial: Initial, force: float, shape: bool) -> None:
+def _set_spring(mean: Array, covariance: Array, stiffness: float, slope_std: float) -> None:
     part = slice(SPRING, SPRING + SPRING_SIZE)
-    at = (np.arange(SPRING_SIZE) - 1.0 - 0.5 * INTERVALS) * SPRING_SPACING  # in 1 / k2
-    stiffness = initial.k2 * max(force - initial.force_offset, MIN_ELASTIC_FORCE)
-    relative = STIFFNESS_STD**2 + SLOPE_STD**2 * np.outer(at, at)
-    if shape:
-        relative += matern(at, SHAPE_LENGTH, SHAPE_STD)
     mean[part] = stiffness
-    covariance[part, part] = stiffness**2 * relative
+    covariance[part, part] = stiffness**2 * (STIFFNESS_STD**2 + slope_std**2 * np.outer(GREVILLE, GREVILLE))
+
+
+def _add_shape(mean: Array, covariance: Array) -> None:
+    part = slice(SPRING, SPRING + SPRING_SIZE)
+    covariance[part, part] += mean[SPRING] ** 2 * matern(GREVILLE, SHAPE_LENGTH, SHAPE_STD)
 
 
 def with_growth(coefficients: Array, geometry: Record, other: Record) -> Array:

@@ -41,11 +41,9 @@ def coefficients_of(initial: Initial) -> Coefficients | None:
 
 
 def start_from(
-    coefficients: Coefficients | None, tracker: Tracker, modes: ModeMachine, consistency: ConsistencyMonitor
+    coefficients: Coefficients, tracker: Tracker, modes: ModeMachine, consistency: ConsistencyMonitor
 ) -> None:
-    """Hand the coefficients over to a filter after its first sample; no effect without coefficients."""
-    if coefficients is None:
-        return
+    """Hand the coefficients over to a filter after its first sample."""
     tracker.restore(*coefficients)
     modes.handle(Event.HAND_OVER)
     consistency.begin(tracker)

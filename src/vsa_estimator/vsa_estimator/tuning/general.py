@@ -33,6 +33,8 @@ STIFFNESS_STD = _constant("STIFFNESS_STD", 1.0, "1", 0.3, 3.0,
     "of the stiffness at the reference, relative: wrong by a factor of two", "required start values")  # fmt: skip
 SLOPE_STD = _constant("SLOPE_STD", 0.5, "1", 0.1, 2.0,
     "of the slope of the stiffness relative to the exponential, in k2", _MEASURED)  # fmt: skip
+FITTED_SLOPE_STD = _constant("FITTED_SLOPE_STD", 0.05, "1", 0.01, 0.2,
+    "the same of the exponential member in a repetition, about the fitted growth", _MEASURED)  # fmt: skip
 SHAPE_STD = _constant("SHAPE_STD", 0.5, "1", 0.1, 2.0,
     "of the shape of the stiffness relative to the exponential (Matern 5/2)", _MEASURED)  # fmt: skip
 SHAPE_LENGTH = _constant("SHAPE_LENGTH", 1.33, "1/k2", 0.3, 5.0,
@@ -91,13 +93,18 @@ REFUTATION_TIME = _constant("REFUTATION_TIME", 2.0, "s", 0.2, 20.0,
     "time for which the exponential law stays at that bound until it is refuted", _MEASURED)  # fmt: skip
 MIN_AGE = _constant("MIN_AGE", 6.0, "s", 2.0, 30.0,
     "age of the bank from which it may refute the law: the second repetition", _MEASURED)  # fmt: skip
+MIN_TURNS = _constant("MIN_TURNS", 2, "1", 1, 20,
+    "reversals of the motion before which the bank neither refutes the law nor is published: in a single sweep a "
+    "relaxation, a damper and a spring explain the same force", _MEASURED)  # fmt: skip
+TURN_TRAVEL = _constant("TURN_TRAVEL", 0.1, "1/k2", 0.02, 1.0,
+    "travel before a reversal that counts: the stiffness changes by 10 %", _MEASURED)  # fmt: skip
+TURN_STDS = _constant("TURN_STDS", 10.0, "1", 6.0, 50.0,
+    "the same in standard deviations of the encoder", "noise alone is no reversal")  # fmt: skip
 CONFIRMATION = _constant("CONFIRMATION", 0.95, "1", 0.5, 0.9999,
-    "probability of the exponential law above which it counts as confirmed", _MEASURED)  # fmt: skip
-CONFIRMATION_TIME = _constant("CONFIRMATION_TIME", 3.0, "s", 0.5, 30.0,
-    "time for which the law stays above it until it is confirmed", _MEASURED)  # fmt: skip
-DISAGREEMENT = _constant("DISAGREEMENT", 9.0, "1", 4.0, 25.0,
-    "squared difference between bank and filter, in its variance, above which the bank is published",
-    "chi-square, 1 degree of freedom: p = 0.003")  # fmt: skip
+    "probability of the exponential law below which the mixture is published", _MEASURED)  # fmt: skip
+MIN_GROWTH = _constant("MIN_GROWTH", 0.25, "k2", 0.05, 0.5,
+    "lower limit of the growth of the exponential law, relative to the initial k2: below it the law is linear",
+    "required start values: k2 within a factor of two")  # fmt: skip
 BLOCK_LENGTHS = _constant("BLOCK_LENGTHS", (10.0, 40.0, 160.0, 640.0), "steps", 2.0, 5000.0,
     "block lengths of the lack-of-fit test: 0.1 to 6.4 s", _MEASURED)  # fmt: skip
 LACK_MEMORY = _constant("LACK_MEMORY", 3000.0, "steps", 300.0, 30000.0,
