@@ -5,6 +5,7 @@ import argparse
 
 import pytest
 from vsa_common.config.configuration import load
+from vsa_estimator.settings import NodeConfig
 from vsa_simulator.node import SimulatorConfig
 from vsa_tools.demo.command import write_run
 from vsa_tools.demo.rig_options import OPTIONS, add_rig_options, rig_changes
@@ -43,6 +44,22 @@ def test_every_option_sets_its_parameter_of_the_rig(tmp_path):
 def test_absent_options_change_nothing():
     assert rig_changes(parsed("")) == {}
     assert rig_changes(parsed("--damper linear")) == {"damper": {"kind": "linear"}}
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [
+        ("", "exponential"),
+        ("--spring sinh", "automatic"),
+        ("--sensor-delay 0.005", "automatic"),
+        ("--spring sinh --elastic-law exponential", "exponential"),
+        ("--elastic-law automatic", "automatic"),
+    ],
+)
+def test_the_estimators_assume_no_law_of_a_rig_that_differs_from_the_papers(text, law, tmp_path):
+    options = parsed(text, duration=12.0, rate=250, seed=3, out=tmp_path)
+    file = write_run(tmp_path, options, 61_234, {})
+    assert [load(file, f"estimator_{i}", NodeConfig).elastic_law for i in (1, 2)] == [law, law]
 
 
 @pytest.mark.parametrize(

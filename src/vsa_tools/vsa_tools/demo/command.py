@@ -23,7 +23,7 @@ from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
 from vsa_tools.demo.isolation import IsolationError, claim_domain
 from vsa_tools.demo.parameters import Layer, base_parameters, merge, perturbed_initial_values, write_parameters
 from vsa_tools.demo.report_process import Reporter
-from vsa_tools.demo.rig_options import add_rig_options, rig_changes
+from vsa_tools.demo.rig_options import add_rig_options, estimator_changes, rig_changes
 from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 
 RATE_HZ = 500  # without loss on two cores, recorder included
@@ -130,6 +130,7 @@ def write_run(folder: Path, options: argparse.Namespace, bus_port: int, changes:
         },
         "driver": {"autostart": False, "bus": bus},
         "recorder": {"out": str(folder.resolve() / "bag")},
+        **estimator_changes(options),
     }
     base = base_parameters()
     rig = merge(merge(base, run), changes)["rig_simulator"]

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from vsa_common.config.configuration import ConfigurationError, Parameter, parameters
+from vsa_estimator.settings import EstimatorConfig
 from vsa_simulator.rig.config import RigConfig
 
 OPTIONS = {  # option: placeholder, parameter, example
@@ -30,7 +31,8 @@ TITLE = "other transmissions and sensors"
 TEXT = """By default the rig obeys the paper's laws, and its sensors have noise and resolution only. These options act
 on both transmissions; docs/reference/parameters.md has all parameters of the rig. With another spring or damper the
 table lists stiffness and damping at the end of the run in place of k2 and d2. True stiffness is the slope of the static
-spring, without relaxation and hysteresis; true damping is the slope of the damper, without friction."""
+spring, without relaxation and hysteresis; true damping is the slope of the damper, without friction. With any of these
+options the estimators have elastic_law automatic, unless --elastic-law is given."""
 
 
 def add_rig_options(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +43,8 @@ def add_rig_options(parser: argparse.ArgumentParser) -> None:
         parameter = declared[name]
         help_text = f"{_description(parameter)}; {example}".replace("%", "%%")
         group.add_argument(f"--{option}", type=_reader(parameter), metavar=placeholder, help=help_text)
+    law = next(one for one in parameters(EstimatorConfig) if one.name == "elastic_law")
+    group.add_argument("--elastic-law", choices=law.options, help=law.text)
 
 
 def rig_changes(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
@@ -52,6 +56,13 @@ def rig_changes(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
             section, _, leaf = name.partition(".")
             changes.setdefault(section, {})[leaf] = value
     return changes
+
+
+def estimator_changes(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
+    """Parameters of both estimators by the given options."""
+    usual = "automatic" if rig_changes(options) else EstimatorConfig.elastic_law
+    law = getattr(options, "elastic_law", None) or usual
+    return {f"estimator_{i}": {"elastic_law": law} for i in (1, 2)}
 
 
 def _reader(parameter: Parameter) -> Callable[[str], Any]:
