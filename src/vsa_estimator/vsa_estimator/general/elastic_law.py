@@ -16,7 +16,10 @@ KNOTS_PER_INTERVAL = 2  # of the spline: ln of a linear spring is then interpola
 def elastic_law(
     members: Record, geometry: Record, probabilities: Array, span: tuple[float, float]
 ) -> tuple[Array, Array, Array, float]:
-    """Knots [m] (n,) that enclose `span` [m], ln stiffness (n,) with covariance (n, n), and the force at the first [N].
+    """Knots [m] (n,), ln stiffness (n,) with covariance (n, n), and the force at the first knot [N].
+
+    The knots enclose the deflections `span` [m] and one interval of the spline on either side, with the variance that
+    the prior has there.
 
     Moments of the mixture of `members` with `probabilities`; the force has the level of the members.
     """
@@ -56,8 +59,8 @@ def fitted_growth(knots: Array, ln_stiffness: Array, covariance: Array, prior: t
 def _knots(geometry: Record, span: tuple[float, float]) -> Array:
     origin, step = float(geometry["origin"][0]), float(geometry["spacing"][0]) / KNOTS_PER_INTERVAL
     last = INTERVALS * KNOTS_PER_INTERVAL
-    first = min(max(math.floor((span[0] - origin) / step), 0), last - 1)
-    end = max(min(math.ceil((span[1] - origin) / step), last), first + 1)
+    first = min(max(math.floor((span[0] - origin) / step) - KNOTS_PER_INTERVAL, 0), last - 1)
+    end = max(min(math.ceil((span[1] - origin) / step) + KNOTS_PER_INTERVAL, last), first + 1)
     return np.asarray(origin + step * np.arange(first, end + 1), np.float64)
 
 
