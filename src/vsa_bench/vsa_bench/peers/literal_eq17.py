@@ -9,8 +9,8 @@ measurement. Row 3 has (z4 + z3 z5) where eq. (14) has (z4 z2 + z3 z5), rows 4 a
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 from vsa_common.types import Array
+from vsa_estimator.force_rate.rate_filter import filtered_rate
 from vsa_estimator.tuning.force_rate import RATE_FILTER
 
 DIVERGED = 1e9  # magnitude of a state beyond which a run counts as diverged
@@ -32,8 +32,7 @@ SCALE = np.array([1e3, 1e3, 1e3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-9])  # SI to N, mm, 
 def run(force: Array, deflection: Array, rate: float, start: Start) -> Array:
     """States of eq. (17) in SI, (recordings, samples, 8); NaN from where a run has diverged."""
     dt = 1.0 / rate
-    keep = float(np.exp(-dt / RATE_FILTER))
-    force_rate = lfilter(np.array([1.0, -1.0]) * (1.0 - keep) / dt, [1.0, -keep], force - force[:, :1], axis=1)
+    force_rate = filtered_rate(force, dt)
     rate_variance = (2.0 * start.force_noise / RATE_FILTER) ** 2
     z = start.state * SCALE
     p = np.einsum("si,ij->sij", (start.std * SCALE) ** 2, np.eye(8))

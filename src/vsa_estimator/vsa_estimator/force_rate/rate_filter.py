@@ -4,13 +4,14 @@
 import math
 
 import numpy as np
-from scipy.signal import lfilter
 from vsa_common.types import Array
 from vsa_estimator.tuning.force_rate import RATE_FILTER
 
 
 def filtered_rate(force: Array, step: float) -> Array:
     """Force rate [N/s] of evenly sampled force [N] (..., samples), `step` [s] apart; zero at the first sample."""
+    from scipy.signal import lfilter  # not for live nodes: takes half a second to load
+
     keep = math.exp(-step / RATE_FILTER)
     return np.asarray(lfilter(np.array([1.0, -1.0]) * (1.0 - keep) / step, [1.0, -keep], force - force[..., :1]))
 

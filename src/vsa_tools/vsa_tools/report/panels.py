@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from vsa_common.figures import band, limits, stack
-from vsa_estimator.tuning.force_rate import RATE_FILTER
+from vsa_estimator.force_rate.rate_filter import RateFilter
 from vsa_tools.report.columns import Floats
 from vsa_tools.report.downsampling import envelope, extremes
 
@@ -73,15 +73,14 @@ def stacked(plots: Sequence[Plot], duration: float, height: float = 1.5) -> Any:
 
 def force_rate(time: Floats, force: Floats) -> Floats:
     """Force rate [N/s] by a first-order filter, as in Fig. 7 of the paper; NaN where the time does not advance."""
-    if len(time) < 3:
-        return np.full(len(time), np.nan)
-    rate = np.full(len(time), np.nan)
-    smooth, before = float(force[0]), float(time[0])
+    rate, rate_filter, before = np.full(len(time), np.nan), RateFilter(), np.nan
     for k, (now, value) in enumerate(zip(time.tolist(), force.tolist(), strict=True)):
-        if now > before and np.isfinite(value):
-            rate[k] = (value - smooth) / (RATE_FILTER + now - before)
-            smooth += rate[k] * (now - before)
-            before = now
-        elif not now >= before:  # the stamps restart
-            smooth, before = value, now
+        if not np.isfinite(value):
+            continue
+        if now > before:
+            rate[k] = rate_filter.add(value, now - before)
+        elif not now >= before:  # the first sample, or the stamps restart
+            rate_filter = RateFilter()
+            rate_filter.add(value, 0.0)
+        before = now
     return rate

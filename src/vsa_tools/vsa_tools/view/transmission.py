@@ -5,7 +5,7 @@ from typing import Any
 
 from vsa_common.ros.cdr import Reader, read_counters, read_stamp
 from vsa_common.types import ResetReason
-from vsa_estimator.tuning.force_rate import RATE_FILTER
+from vsa_estimator.force_rate.rate_filter import RateFilter
 from vsa_tools.view.events import CounterWatch, Events
 from vsa_tools.view.section import Section
 from vsa_tools.view.time_series import Stream, count_lost, quantity
@@ -41,7 +41,7 @@ class TransmissionSection(Section):
         self._counter_watch = CounterWatch(name, events)
         self._state: dict[str, Any] = {}
         self._lost: tuple[int, int] | None = None  # newest counter, samples lost
-        self._filtered_force: tuple[int, float] = (0, 0.0)  # stamp [ns], force [N]
+        self._rate_filter, self._force_ns = RateFilter(), 0  # of the last force [ns]
 
     def add_impedance(self, data: bytes, now: float) -> None:
         """Add a serialized TransmissionImpedance at `now` [s] of a steady clock."""
@@ -89,11 +89,7 @@ class TransmissionSection(Section):
 
     def _update_force_rate(self, stamp_ns: int, force: float) -> float:
         """Force rate [N/s] of the first-order filter after a sample; 0 after a gap."""
-        last_ns, filtered = self._filtered_force
-        dt = 1e-9 * (stamp_ns - last_ns)
-        if not 0.0 < dt < MAX_STEP_S:
-            self._filtered_force = (stamp_ns, force) if last_ns != stamp_ns else self._filtered_force
-            return 0.0
-        rate = (force - filtered) / (RATE_FILTER + dt)
-        self._filtered_force = (stamp_ns, filtered + rate * dt)
-        return rate
+        dt, self._force_ns = 1e-9 * (stamp_ns - self._force_ns), stamp_ns
+        if not 0.0 <= dt < MAX_STEP_S:
+            self._rate_filter = RateFilter()
+        return self._rate_filter.add(force, dt)
