@@ -19,17 +19,17 @@ from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
 from vsa_estimator.preprocessing.decimator import Decimated, add_sample, finished_blocks, initial_decimator
 from vsa_estimator.preprocessing.validation import DROP, TIME_RESET, initial_validation, validate
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.filter import NIS_THRESHOLD
 from vsa_estimator.tuning.force_rate import (
     GAP,
     JERK_BANDWIDTH,
     NIS_CAP,
     NIS_SAMPLES,
-    NIS_THRESHOLD,
     OFFSET_PERIOD,
-    REFRESH_PERIOD,
     REVERSAL_SPEED,
     START_STDS,
 )
+from vsa_estimator.tuning.supervisor import REFRESH_PERIOD
 
 
 class ForceRateEstimator:

@@ -28,9 +28,6 @@ NIS_SAMPLES = _constant(
 NIS_CAP = _constant(
     "NIS_CAP", 100.0, "1", 50.0, 200.0, "one outlier does not fail the test of the mean NIS", "ablation"
 )
-NIS_THRESHOLD = _constant(
-    "NIS_THRESHOLD", 3.0, "1", 1.5, 6.0, "mean NIS above which the model does not explain the force rate", "ablation"
-)
 START_STDS = _constant(
     "START_STDS",
     (2e-3, 5e-3, 2e-2, 1.0),
@@ -46,9 +43,6 @@ REVERSAL_SPEED = _constant(
 OFFSET_PERIOD = _constant("OFFSET_PERIOD", 0.1, "s", 0.05, 0.2, "period of the offset filter", "ablation")
 OFFSET_DRIFT = _constant("OFFSET_DRIFT", 3e-5, "N^2/s", 1.5e-5, 6e-5, "drift of the force offset", "ablation")
 FRICTION_DRIFT = _constant("FRICTION_DRIFT", 3e-6, "N^2/s", 1.5e-6, 6e-6, "drift of the Coulomb friction", "ablation")
-REFRESH_PERIOD = _constant(
-    "REFRESH_PERIOD", 0.5, "s", 0.25, 1.0, "period at which the jerk density is renewed", "ablation"
-)
 JERK_BANDWIDTH = _constant(
     "JERK_BANDWIDTH", 20.0, "rad/s", 10.0, 40.0, "upper bound of the rate at which jerk changes", "ablation"
 )
