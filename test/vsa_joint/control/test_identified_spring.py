@@ -53,6 +53,7 @@ def test_no_force_is_below_the_range_of_the_logarithm():
     spring = quadratic()
     assert math.isfinite(spring.deflection(-1e3))
     assert spring.stiffness(-1e3) > 0.0
+    assert spring.slack_force == -math.inf  # a fast shortening may bear less than the least force at rest
     assert spring.least_force == pytest.approx(20.0 + 0.5 * QUADRATIC * KNOTS[0] ** 2)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
+from vsa_common.config.configuration import parameters
 from vsa_estimator.settings import EstimatorConfig
 from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.laws.dampers import DAMPERS, DamperConfig
@@ -60,8 +61,8 @@ VARIANTS: dict[str, dict[str, TransmissionVariant]] = {
         "stamp_jitter": TransmissionVariant(stamp_jitter=1e-3),
     },
 }
-DEFAULT_LAW = EstimatorConfig.elastic_law
-LAWS = ("exponential", "automatic")
+(_LAW,) = (one for one in parameters(EstimatorConfig) if one.name == "elastic_law")
+DEFAULT_LAW, LAWS = str(_LAW.default), _LAW.options
 GROUP_OF = {name: group for group, variants in VARIANTS.items() for name in variants}
 
 

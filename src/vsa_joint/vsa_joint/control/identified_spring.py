@@ -30,6 +30,10 @@ class KnotSpring(Spring):
     def least_force(self) -> float:
         return self.first_force
 
+    @property
+    def slack_force(self) -> float:
+        return -math.inf  # the force without stiffness is outside of the law
+
     def deflection(self, force: float) -> float:
         i = min(max(bisect_right(self._forces, force) - 1, 0), len(self._slopes) - 1)
         slope, relative = self._slopes[i], (force - self._forces[i]) / math.exp(self.ln_stiffness[i])

@@ -84,7 +84,7 @@ class InputMonitor:
     def _force_fault(self, number: int, force: float, spring: Spring, now_ns: int) -> str:
         config = self._config
         # the damper of a shortening transmission bears a part of the force; no force at all is slack in any case
-        if force < max(spring.least_force - config.slack_margin - spring.damper_max, MIN_TRANSMISSION_FORCE):
+        if force < max(spring.slack_force - config.slack_margin, MIN_TRANSMISSION_FORCE):
             return f"transmission_{number} slack or its force sensor off: {force:.3g} N"
         if force > OVERLOAD * config.force_max:
             return f"transmission_{number} over its limit: {force:.3g} N"

@@ -20,6 +20,11 @@ class Spring(ABC):
     def least_force(self) -> float:
         """Force below which the law does not hold [N]."""
 
+    @property
+    @abstractmethod
+    def slack_force(self) -> float:
+        """Force below which the transmission is slack in any motion [N]; -inf where that is unknown."""
+
     @abstractmethod
     def deflection(self, force: float) -> float:
         """Deflection at rest under a force [m]."""
@@ -79,6 +84,10 @@ class ExponentialSpring(Spring):
     @property
     def least_force(self) -> float:
         return self.force_offset
+
+    @property
+    def slack_force(self) -> float:
+        return self.force_offset - self.damper_max
 
     def deflection(self, force: float) -> float:
         elastic = max(force - self.force_offset, MIN_ELASTIC_FORCE)
