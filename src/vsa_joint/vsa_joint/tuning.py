@@ -69,6 +69,10 @@ MIN_ELASTIC_FORCE = _constant("MIN_ELASTIC_FORCE", 1e-3, "N", 1e-9, 1.0,
     "Lower bound of the elastic force, which keeps logarithms finite.",
     "engineering choice: below the resolution of the force sensors",
 )  # fmt: skip
+STRAIGHT = _constant("STRAIGHT", 1e-6, "1", 1e-12, 1e-3,
+    "Change of ln stiffness within which a segment between two knots is linear.",
+    "derivation: its relative error is half of it",
+)  # fmt: skip
 MIN_ELASTIC_SHARE = _constant("MIN_ELASTIC_SHARE", 1e-3, "1", 1e-6, 0.1,
     "Lower bound of the stiffness below the first knot relative to that at the knot, which keeps logarithms finite.",
     "engineering choice: no command reaches below the first knot",

@@ -7,10 +7,7 @@ import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.general.basis import add_integrals, elastic_spline, locate
 from vsa_estimator.general.records import INTERVALS, SPRING, SPRING_SIZE, L, Record
-from vsa_estimator.tuning.general import MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS
-
-MIN_LN_VARIANCE = 1e-8  # of ln stiffness at a knot: keeps the covariance regular
-KNOTS_PER_INTERVAL = 2  # of the spline: ln of a linear spring is then interpolated within 0.1 %
+from vsa_estimator.tuning.general import KNOTS_PER_INTERVAL, MIN_LN_VARIANCE, MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS
 
 
 def elastic_law(

@@ -105,6 +105,11 @@ CONFIRMATION = _constant("CONFIRMATION", 0.95, "1", 0.5, 0.9999,
 MIN_GROWTH = _constant("MIN_GROWTH", 0.25, "k2", 0.05, 0.5,
     "lower limit of the growth of the exponential law, relative to the initial k2: below it the law is linear",
     "required start values: k2 within a factor of two")  # fmt: skip
+KNOTS_PER_INTERVAL = _constant("KNOTS_PER_INTERVAL", 2, "1", 1, 8,
+    "knots of the published elastic law in an interval of the spline",
+    "derivation: ln stiffness of a linear spring is interpolated within 0.1 %")  # fmt: skip
+MIN_LN_VARIANCE = _constant("MIN_LN_VARIANCE", 1e-8, "1", 1e-12, 1e-6,
+    "added to the variance of ln stiffness at a knot in the fit of the growth", "keeps the covariance regular")  # fmt: skip
 BLOCK_LENGTHS = _constant("BLOCK_LENGTHS", (10.0, 40.0, 160.0, 640.0), "steps", 2.0, 5000.0,
     "block lengths of the lack-of-fit test: 0.1 to 6.4 s", _MEASURED)  # fmt: skip
 LACK_MEMORY = _constant("LACK_MEMORY", 3000.0, "steps", 300.0, 30000.0,

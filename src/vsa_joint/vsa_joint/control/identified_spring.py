@@ -9,9 +9,7 @@ from functools import cached_property
 from typing import Protocol
 
 from vsa_joint.control.springs import ExponentialSpring, Spring
-from vsa_joint.tuning import MAX_LN_STIFFNESS, MIN_ELASTIC_SHARE
-
-STRAIGHT = 1e-6  # change of ln stiffness within which a segment is linear
+from vsa_joint.tuning import MAX_LN_STIFFNESS, MIN_ELASTIC_SHARE, STRAIGHT
 
 
 @dataclass(frozen=True)
