@@ -234,7 +234,7 @@ class Estimator:
             not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
             supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, supervisor.laws.publishes_bank,
-            supervisor.laws.impedance[0], *self._constants,
+            supervisor.laws.impedance[0], *supervisor.laws.discrepancies, *self._constants,
         )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:

@@ -5,14 +5,18 @@ import math
 
 import numpy as np
 from vsa_common.accel import ACCELERATED
+from vsa_estimator.filter.output_prediction import predict_output
+from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.general.records import IMPEDANCE, Record
 from vsa_estimator.general.selection import LawSelection
+from vsa_estimator.law_comparison import LawComparison
 from vsa_estimator.modes import Mode, ModeMachine
 from vsa_estimator.output.elastic_law import ElasticLaw
 from vsa_estimator.output.estimate import State
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.general import REJECTION
 from vsa_estimator.tuning.output import MAX_K2_STD, MAX_STIFFNESS_STD
 
 NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
@@ -29,6 +33,8 @@ class LawChoice:
         """Before the first step."""
         automatic = config.elastic_law == "automatic" and ACCELERATED
         self._laws = LawSelection(config.initial, config.filter_rate) if automatic else None
+        self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
+        self._compared_ns = 0
         self.publishes_bank = False
 
     @property
@@ -64,6 +70,7 @@ class LawChoice:
         """Drop the data: the position is no longer valid."""
         if self._laws is not None:
             self._laws.restart()
+            self._comparison.restart()
 
     def confirm(self) -> None:
         """The exponential law holds, by a previous run."""
@@ -76,7 +83,7 @@ class LawChoice:
         A law that is confirmed keeps its form: its coefficients are estimated again.
         """
         if self._laws is not None and not self._laws.is_confirmed and not self._laws.is_adequate:
-            self._laws.restart()
+            self.restart()
 
     def interrupt(self) -> None:
         """The motion has a gap before the next step."""
@@ -91,8 +98,8 @@ class LawChoice:
     def step(self, block: Decimated, noise: tuple[float, float], modes: ModeMachine) -> bool:
         """Step the bank by a block with the variances `noise` of deflection [m^2] and force [N^2].
 
-        Whether the operating mode has to change: the exponential law is refuted, or in mode GENERAL no law explains the
-        force.
+        Whether the operating mode has to change: the exponential law is refuted and the filter inconsistent with the
+        bank, or in mode GENERAL no law explains the force.
         """
         if self._laws is None:
             return False
@@ -100,12 +107,29 @@ class LawChoice:
         self._laws.step(block.stamp_ns, (block.deflection, noise[0]), (force, noise[1]))
         if modes.general:
             return self._laws.has_failed
-        return modes.mode is not Mode.SUSPENDED and self._laws.is_refuted
+        return modes.mode is not Mode.SUSPENDED and self._laws.is_refuted and self._replaces_filter
 
-    def choose(self, modes: ModeMachine) -> None:
-        """Choose what is published: the bank in mode GENERAL, and where it is preferred to the filter."""
-        preferred = self._laws is not None and self._laws.is_preferred and not modes.suspended
-        self.publishes_bank = modes.general or preferred
+    def choose(self, tracker: Tracker, modes: ModeMachine, step_ns: int) -> None:
+        """Choose what is published after a step at `step_ns`: in mode GENERAL the bank, else where both differ."""
+        self.publishes_bank = modes.general
+        if self._laws is None or modes.general or modes.suspended or not self._laws.is_comparable:
+            return
+        predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
+        elapsed, self._compared_ns = (step_ns - self._compared_ns) * 1e-9, step_ns
+        another = 1.0 - self._laws.bank.exponential_probability
+        self._comparison.add(elapsed, self._prediction, self.impedance, another)
+        self.publishes_bank = self._replaces_filter
+
+    @property
+    def _replaces_filter(self) -> bool:
+        """Whether filter and bank are inconsistent, or the filter has no valid stiffness under an improbable law."""
+        improbable = self._laws is not None and self._laws.bank.exponential_probability < REJECTION
+        return self._comparison.exceeds_threshold or (improbable and not self._comparison.filter_valid)
+
+    @property
+    def discrepancies(self) -> tuple[float, float]:
+        """Variances of the filter's ln stiffness and damping [N^2 s^2/m^2] by the choice of the law."""
+        return self._comparison.discrepancies
 
     def coefficients(self, tracker: Tracker) -> Coefficients:
         """Published coefficients; k2 of the bank is the local slope of ln sigma, d2 is not defined there."""

@@ -66,7 +66,7 @@ class Supervisor(FilterParts):
             self._refresh(block)
         self._samples_per_step = block.samples
         tracker.update_uncertainty()
-        self.laws.choose(self.modes)
+        self.laws.choose(tracker, self.modes, block.stamp_ns)
         self.inertia_observable = not self.laws.publishes_bank and inertia_observable(tracker, self.noise.force.std)
 
     def _step_laws(self, block: Decimated, deflection_variance: float) -> None:
@@ -90,7 +90,7 @@ class Supervisor(FilterParts):
             self.noise.refresh(False)
         self._samples_per_step = block.samples
         self.inertia_observable = False
-        self.laws.choose(self.modes)
+        self.laws.choose(self.tracker, self.modes, block.stamp_ns)
 
     def _is_refresh_due(self, block: Decimated) -> bool:
         """Whether noise levels and start values are to be renewed; counted from there on."""

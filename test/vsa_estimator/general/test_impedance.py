@@ -8,6 +8,7 @@ from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.models import MODELS, geometry_at, members_at
 from vsa_estimator.general.records import DAMPER, DAMPER_SIZE, IMPEDANCE, INTERVALS, SIZE, SPRING, SPRING_SIZE, V, X
 from vsa_estimator.settings import Initial
+from vsa_estimator.tuning.general import DAMPING_BIAS, STIFFNESS_BIAS
 
 GEOMETRY = geometry_at(Initial(), 0.010, 240.0)
 
@@ -117,7 +118,12 @@ def test_the_mixture_has_the_moments_of_its_members():
         mean = weights @ parts[name]
         assert out[name][0] == pytest.approx(mean)
         second = weights @ (parts[name + "_variance"] + parts[name] ** 2)
-        assert out[name + "_variance"][0] == pytest.approx(second - mean**2, rel=1e-6)
+        expected = second - mean**2 + systematic_square(name, weights @ parts["rest_damping"])
+        assert out[name + "_variance"][0] == pytest.approx(expected, rel=1e-6)
+
+
+def systematic_square(name, rest_damping):
+    return STIFFNESS_BIAS**2 if name == "ln_stiffness" else (DAMPING_BIAS * rest_damping) ** 2
 
 
 def test_an_unlikely_member_is_left_out():
@@ -129,4 +135,5 @@ def test_an_unlikely_member_is_left_out():
     member_impedance(every[1:2], GEOMETRY, alone)
     assert probabilities[1] > 0.9999
     assert out["ln_stiffness"] == pytest.approx(alone["ln_stiffness"], rel=1e-12)
-    assert out["ln_stiffness_variance"] == pytest.approx(alone["ln_stiffness_variance"], rel=1e-9)
+    expected = alone["ln_stiffness_variance"] + STIFFNESS_BIAS**2
+    assert out["ln_stiffness_variance"] == pytest.approx(expected, rel=1e-9)

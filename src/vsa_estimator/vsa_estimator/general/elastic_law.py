@@ -7,7 +7,13 @@ import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.general.basis import add_integrals, elastic_spline, locate
 from vsa_estimator.general.records import INTERVALS, SPRING, SPRING_SIZE, L, Record
-from vsa_estimator.tuning.general import KNOTS_PER_INTERVAL, MIN_LN_VARIANCE, MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS
+from vsa_estimator.tuning.general import (
+    KNOTS_PER_INTERVAL,
+    MIN_LN_VARIANCE,
+    MIN_PROBABILITY,
+    MIN_RELATIVE_STIFFNESS,
+    STIFFNESS_BIAS,
+)
 
 
 def elastic_law(
@@ -37,7 +43,7 @@ def elastic_law(
         mean += weight * ln_stiffness
         square += weight * (max(one["stiffness_inflation"], 1.0) * covariance + np.outer(ln_stiffness, ln_stiffness))
         force += weight * float(one["mean"][L] + at_first @ coefficients)
-    return knots, mean, square - np.outer(mean, mean), force
+    return knots, mean, square - np.outer(mean, mean) + STIFFNESS_BIAS**2, force
 
 
 def fitted_growth(knots: Array, ln_stiffness: Array, covariance: Array, prior: tuple[float, float]) -> float:

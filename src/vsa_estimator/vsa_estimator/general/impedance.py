@@ -25,7 +25,7 @@ from vsa_estimator.general.records import (
     X,
 )  # fmt: skip
 from vsa_estimator.tuning.filter import PEAK_FRACTION
-from vsa_estimator.tuning.general import MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS
+from vsa_estimator.tuning.general import DAMPING_BIAS, MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS, STIFFNESS_BIAS
 
 
 @compiled
@@ -131,6 +131,8 @@ def mixture(members: Record, geometry: Record, probabilities: Array, out: Record
         add_part(result, part[0], members[m], w / kept, squares)
     result["ln_stiffness_variance"] += max(squares[0] - result["ln_stiffness"] ** 2, 0.0)
     result["damping_variance"] += max(squares[1] - result["damping"] ** 2, 0.0)
+    result["ln_stiffness_variance"] += STIFFNESS_BIAS**2
+    result["damping_variance"] += (DAMPING_BIAS * result["rest_damping"]) ** 2
 
 
 @compiled

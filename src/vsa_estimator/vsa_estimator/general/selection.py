@@ -7,7 +7,6 @@ from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import NIS_CAP, NIS_THRESHOLD
 from vsa_estimator.tuning.general import (
     ADEQUACY_TIME,
-    CONFIRMATION,
     MIN_AGE,
     MIN_TURNS,
     REFUTATION,
@@ -80,10 +79,9 @@ class LawSelection:
         return self._mean_nis < NIS_THRESHOLD
 
     @property
-    def is_preferred(self) -> bool:
-        """Whether the mixture is published: another law is probable, by a motion that is rich enough to decide."""
-        decides = self._is_rich and self.is_adequate and not self.is_confirmed
-        return decides and self.bank.exponential_probability < CONFIRMATION
+    def is_comparable(self) -> bool:
+        """Whether the mixture can be compared with the filter: by a motion that is rich enough, and adequate."""
+        return self._is_rich and self.is_adequate and not self.is_confirmed
 
     @property
     def has_failed(self) -> bool:

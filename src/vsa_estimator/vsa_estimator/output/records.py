@@ -18,6 +18,7 @@ PUBLISHED = np.dtype([
     ("step_ns", "i8"),  # instant of the last step
     ("fault_until_ns", "i8"),  # stamp until which a sensor fault is active
     ("general", "?"), ("impedance", IMPEDANCE),  # of the bank, where it estimates
+    ("stiffness_discrepancy", "f8"), ("damping_discrepancy", "f8"),  # of the filter: variances of ln stiffness, damping
     *((name, "f8") for name in CONSTANT_FIELDS),
 ])  # fmt: skip
 

@@ -100,8 +100,19 @@ TURN_TRAVEL = _constant("TURN_TRAVEL", 0.1, "1/k2", 0.02, 1.0,
     "travel before a reversal that counts: the stiffness changes by 10 %", _MEASURED)  # fmt: skip
 TURN_STDS = _constant("TURN_STDS", 10.0, "1", 6.0, 50.0,
     "the same in standard deviations of the encoder", "noise alone is no reversal")  # fmt: skip
-CONFIRMATION = _constant("CONFIRMATION", 0.95, "1", 0.5, 0.9999,
-    "probability of the exponential law below which the mixture is published", _MEASURED)  # fmt: skip
+REJECTION = _constant("REJECTION", 0.05, "1", 0.001, 0.5,
+    "probability of the exponential law below which the bank replaces a filter that has no valid stiffness",
+    "odds of 19")  # fmt: skip
+STIFFNESS_BIAS = _constant("STIFFNESS_BIAS", 2e-3, "1", 2e-4, 1e-2,
+    "systematic error of the bank's stiffness, relative: lag of the motion, which no covariance has", _MEASURED)  # fmt: skip
+DAMPING_BIAS = _constant("DAMPING_BIAS", 0.02, "damping at rest", 2e-3, 0.1,
+    "the same of the damping", _MEASURED)  # fmt: skip
+COMPARISON_TIME = _constant("COMPARISON_TIME", 5.0, "s", 1.0, 30.0,
+    "time constant of the mean squared difference between filter and bank", _MEASURED)  # fmt: skip
+COMPARISON_CAP = _constant("COMPARISON_CAP", 25.0, "1", 9.0, 100.0,
+    "cap of a squared difference, normalised by its variance", "5 standard deviations: one outlier is no evidence")  # fmt: skip
+DIFFERENCE_THRESHOLD = _constant("DIFFERENCE_THRESHOLD", 2.0, "1", 1.0, 5.0,
+    "root mean square of the normalised difference above which filter and bank are inconsistent", _MEASURED)  # fmt: skip
 MIN_GROWTH = _constant("MIN_GROWTH", 0.25, "k2", 0.05, 0.5,
     "lower limit of the growth of the exponential law, relative to the initial k2: below it the law is linear",
     "required start values: k2 within a factor of two")  # fmt: skip

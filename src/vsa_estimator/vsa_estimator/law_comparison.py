@@ -1,0 +1,86 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
+"""Comparison of two estimates of the same impedance: that of the filter and that of the bank of laws.
+
+Both have the same data, so that their errors under a right law are correlated and the difference is smaller than the
+sum of the variances. A larger one is an error of the law of one of them: it refutes the filter, whose law is the more
+special one, or widens its interval. Track-to-track association; Bar-Shalom, Li and Kirubarajan (2001), ch. 10.
+"""
+
+import math
+
+from vsa_estimator.filter.records import Record
+from vsa_estimator.tuning.general import COMPARISON_CAP, COMPARISON_TIME, DIFFERENCE_THRESHOLD
+from vsa_estimator.tuning.output import (
+    MAX_BEYOND_PEAK,
+    MAX_DAMPING_STD,
+    MAX_SPEED_SHARE,
+    MAX_STIFFNESS_STD,
+    MIN_DAMPING_SCALE,
+)
+
+
+class Difference:
+    """Running mean square of the difference of one quantity, in units of its variance."""
+
+    def __init__(self) -> None:
+        """No difference yet."""
+        self.nis = 1.0  # mean of the difference squared over the sum of the two variances
+        self._weighted_nis = 0.0  # the same, weighted by the probability of another law
+        self._precision = 0.0  # mean inverse variance [1/unit^2]
+
+    def add(self, gain: float, difference: float, variance: float, weight: float) -> None:
+        """Update by a difference with the sum of the two variances; `weight` is the probability of another law."""
+        nis = min(difference * difference / variance, COMPARISON_CAP)
+        self.nis += gain * (nis - self.nis)
+        self._weighted_nis += gain * (weight * nis - self._weighted_nis)
+        self._precision += gain * (1.0 / variance - self._precision)
+
+    @property
+    def discrepancy(self) -> float:
+        """Mean square of the difference, weighted by its precision and by the probability of another law [unit^2]."""
+        return self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
+
+
+class LawComparison:
+    """Differences of stiffness and damping between filter and bank."""
+
+    def __init__(self) -> None:
+        """Before the first step."""
+        self.restart()
+
+    def restart(self) -> None:
+        """Drop the differences."""
+        self._stiffness, self._damping = Difference(), Difference()
+        self.filter_valid = False  # whether the filter's stiffness is accurate enough to be compared
+
+    def add(self, dt: float, filtered: Record, impedance: Record, weight: float) -> None:
+        """Compare a (1,) PREDICTION of the filter with the (1,) IMPEDANCE of the bank, dt [s] after the step before.
+
+        `weight` is the probability of another law than the exponential.
+        """
+        one, other, gain = filtered[0], impedance[0], min(dt / COMPARISON_TIME, 1.0)
+        self.filter_valid = one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2
+        difference = math.log(one["stiffness"]) - other["ln_stiffness"]
+        variance = one["ln_stiffness_variance"] + other["ln_stiffness_variance"]
+        self._stiffness.add(gain, float(difference), float(variance), weight)
+        if _damping_observable(one, other):
+            variance = one["damping_variance"] + other["damping_variance"]
+            self._damping.add(gain, float(one["damping"] - other["damping"]), float(variance), weight)
+
+    @property
+    def exceeds_threshold(self) -> bool:
+        """Whether stiffness or damping of the filter differs from the bank's by more than both intervals permit."""
+        return max(self._stiffness.nis, self._damping.nis) > DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD
+
+    @property
+    def discrepancies(self) -> tuple[float, float]:
+        """Variances of ln stiffness and of the damping [N^2 s^2/m^2] that the choice of the law leaves open."""
+        return self._stiffness.discrepancy, self._damping.discrepancy
+
+
+def _damping_observable(one: Record, other: Record) -> bool:
+    """Whether both estimates of the damping are accurate, below v*."""
+    if abs(one["velocity"]) > MAX_SPEED_SHARE * one["peak_speed"] or other["beyond_peak"] > MAX_BEYOND_PEAK:
+        return False
+    tolerance = MAX_DAMPING_STD * max(abs(other["damping"]), MIN_DAMPING_SCALE * abs(other["rest_damping"]))
+    return bool(max(one["damping_variance"], other["damping_variance"]) < tolerance * tolerance)

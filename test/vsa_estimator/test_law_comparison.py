@@ -1,0 +1,73 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
+"""Comparison of filter and bank: threshold and discrepancy on made differences."""
+
+import numpy as np
+import pytest
+from vsa_estimator.filter.records import PREDICTION
+from vsa_estimator.general.records import IMPEDANCE
+from vsa_estimator.law_comparison import LawComparison
+from vsa_estimator.tuning.general import COMPARISON_TIME, DIFFERENCE_THRESHOLD
+
+DT = 0.01
+VARIANCE = 1e-6  # of ln stiffness, of each of the two
+DAMPING_STD = 20.0  # [N s/m], of each of the two
+
+
+def filtered(damping=4000.0, ln_stiffness_variance=VARIANCE, velocity=1e-3):
+    one = np.zeros(1, PREDICTION)
+    one["stiffness"], one["ln_stiffness_variance"] = 5000.0, ln_stiffness_variance
+    one["damping"], one["damping_variance"] = damping, DAMPING_STD**2
+    one["velocity"], one["peak_speed"] = velocity, 3.5e-3
+    return one
+
+
+def bank(ln_difference=0.0, beyond_peak=0.0):
+    one = np.zeros(1, IMPEDANCE)
+    one["ln_stiffness"], one["ln_stiffness_variance"] = np.log(5000.0) - ln_difference, VARIANCE
+    one["damping"], one["damping_variance"], one["rest_damping"] = 4000.0, DAMPING_STD**2, 4000.0
+    one["beyond_peak"] = beyond_peak
+    return one
+
+
+def compared(one, other, weight=1.0, seconds=10.0 * COMPARISON_TIME):
+    comparison = LawComparison()
+    for _ in range(round(seconds / DT)):
+        comparison.add(DT, one, other, weight)
+    return comparison
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(0.9 * DIFFERENCE_THRESHOLD, False), (1.1 * DIFFERENCE_THRESHOLD, True)])
+def test_a_difference_exceeds_the_threshold_in_standard_deviations(ratio, expected):
+    stiffness = compared(filtered(), bank(ln_difference=ratio * np.sqrt(2.0 * VARIANCE)))
+    damping = compared(filtered(damping=4000.0 + ratio * np.sqrt(2.0) * DAMPING_STD), bank())
+    assert stiffness.exceeds_threshold is expected
+    assert damping.exceeds_threshold is expected
+
+
+def test_a_short_difference_is_below_the_threshold():
+    assert not compared(filtered(), bank(ln_difference=1.0), seconds=0.05 * COMPARISON_TIME).exceeds_threshold
+
+
+def test_the_discrepancy_is_the_mean_square_by_the_probability_of_another_law():
+    difference = 1.5 * np.sqrt(2.0 * VARIANCE)
+    for weight in (0.0, 0.3, 1.0):
+        found = compared(filtered(), bank(ln_difference=difference), weight).discrepancies
+        assert found == pytest.approx((weight * difference**2, 0.0), rel=1e-3, abs=1e-12)
+
+
+def test_an_uncertain_bank_adds_little_to_the_discrepancy():
+    comparison, uncertain = LawComparison(), bank(ln_difference=0.1)
+    uncertain["ln_stiffness_variance"] = 1e-2
+    for step in range(5000):
+        comparison.add(DT, filtered(), uncertain if step % 2 else bank(ln_difference=1e-3), 1.0)
+    assert comparison.discrepancies[0] == pytest.approx(0.75 / (0.5 / (2.0 * VARIANCE)), rel=0.05)
+
+
+@pytest.mark.parametrize(("velocity", "beyond_peak"), [(3.4e-3, 0.0), (1e-3, 0.5)])
+def test_the_damping_near_its_peak_is_not_compared(velocity, beyond_peak):
+    assert not compared(filtered(9000.0, velocity=velocity), bank(beyond_peak=beyond_peak)).exceeds_threshold
+
+
+def test_a_stiffness_that_is_not_valid_is_stated():
+    assert compared(filtered(), bank()).filter_valid
+    assert not compared(filtered(ln_stiffness_variance=0.04), bank()).filter_valid
