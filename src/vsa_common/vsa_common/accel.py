@@ -44,7 +44,9 @@ def _package(folder: Path) -> Path:
 
 @lru_cache
 def _cache_folder(sources: Path) -> str:
-    # numba's index depends on the function's own file; the hash makes the cache depend on every file of the package
-    digest = sha256(b"".join(path.read_bytes() for path in sorted(sources.rglob("*.py")))).hexdigest()[:16]
+    # numba's index depends on the function's own file; the hash makes the cache depend on every file of the package, and
+    # of the modules beside this one, whose functions other packages compile
+    files = sorted({*sources.rglob("*.py"), *Path(__file__).parent.resolve().glob("*.py")})
+    digest = sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
     base = sources / "__pycache__" if os.access(sources, os.W_OK) else Path.home() / ".cache" / "vsa"
     return str(base / f"numba-{digest}")

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from vsa_bench.ablation.figures import FIELDS, Figures, figures
+from vsa_bench.ablation.offline import Identified, Rest, run_identification, run_noise
 from vsa_bench.ablation.recordings import Recording
 from vsa_bench.ablation.variation import Value
 from vsa_common.blas import limit_blas_threads
@@ -22,11 +23,11 @@ from vsa_common.config.configuration import build
 from vsa_common.tuning import CONSTANTS, OVERRIDES
 
 PACKAGE = "vsa_estimator"
-ACCELERATION = "vsa_common.accel"  # reads VSA_NO_NUMBA at import
 STATE_PERIOD_NS = 1_000_000_000  # between two states that go into the digest
 SILENCES_NS = (20_000_000, 300_000_000)  # instants after the last sample at which the output is predicted
 
-_recordings: list[Recording] = []  # of this worker
+Source = Recording | Identified | Rest
+_sources: list[Source] = []  # of this worker
 
 
 class TrialError(Exception):
@@ -42,18 +43,19 @@ class Trial:
     failure: str = ""
 
 
-def initialize_worker(recordings: Sequence[Recording]) -> None:
+def initialize_worker(sources: Sequence[Source]) -> None:
     """Give a worker its recordings, and plain Python for what it imports from here on."""
     os.environ["VSA_NO_NUMBA"] = "1"
     warnings.simplefilter("ignore")
     limit_blas_threads()
-    _recordings[:] = recordings
+    _sources[:] = sources
 
 
 def import_anew(package: str, overrides: Mapping[tuple[str, str], Value]) -> None:
     """Remove `package` with its declared constants; its next import declares them with `overrides`."""
     for name in list(sys.modules):
-        if f"{name}.".startswith((f"{package}.", f"{ACCELERATION}.")):
+        # vsa_common.accel reads VSA_NO_NUMBA at import
+        if f"{name}.".startswith((f"{package}.", "vsa_common.accel.")):
             del sys.modules[name]
     for name in list(CONSTANTS):
         if f"{name}.".startswith(f"{package}."):
@@ -69,14 +71,20 @@ def run_trial(overrides: Mapping[tuple[str, str], Value]) -> Trial:
     result: dict[str, Figures] = {}
     digests: dict[str, str] = {}
     try:
-        for recording in _recordings:
-            result[recording.name], digests[recording.name] = _run(recording)
+        for source in _sources:
+            result[source.name], digests[source.name] = _run(source)
     except Exception as error:  # a value that the estimator cannot run with is a finding
         return Trial({}, {}, f"{type(error).__name__}: {error}")
     return Trial(result, digests)
 
 
-def _run(recording: Recording) -> tuple[Figures, str]:
+def _run(source: Source) -> tuple[Figures, str]:
+    if isinstance(source, Identified):
+        return run_identification(source)
+    return run_noise(source) if isinstance(source, Rest) else _run_estimator(source)
+
+
+def _run_estimator(recording: Recording) -> tuple[Figures, str]:
     from vsa_estimator.formulations import create_estimator
     from vsa_estimator.output.estimate import Estimate
     from vsa_estimator.settings import EstimatorConfig

@@ -13,11 +13,7 @@ COULOMB_SPEED = _constant(
 )  # fmt: skip
 UNBOUNDED_SPEED = _constant(
     "UNBOUNDED_SPEED", 1.0, "m/s", 0.1, 10.0,
-    "peak speed v* of a damper without a significant cubic term", "above every speed of a transmission",
-)  # fmt: skip
-MIN_CUBIC_DAMPING = _constant(
-    "MIN_CUBIC_DAMPING", 1e5, "N s^3/m^3", 1e3, 1e6,
-    "-d2 below which the damper counts as linear and v* as unbounded", "v* above 0.1 m/s for d1 of 4000 N s/m",
+    "upper limit of the peak speed v*, which is infinite for a damper without a cubic term", "above every speed of a transmission",
 )  # fmt: skip
 MAX_RELATIVE_SPEED_STD = _constant(
     "MAX_RELATIVE_SPEED_STD", 0.2, "1", 0.05, 1.0,
