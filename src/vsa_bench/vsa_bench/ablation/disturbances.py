@@ -1,5 +1,5 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Recordings with faults of stamps and sensors: delays, bursts, losses, stuck, noisy and stepping sensors, bad values."""
+"""Recordings with rare conditions: faults of stamps and sensors, a heavy rod, the force_rate formulation after them."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -16,32 +16,37 @@ QUEUED_NS = 40_000  # between queued samples that are delivered together
 
 
 def with_delays(healthy: Recording, random: np.random.Generator) -> Recording:
-    """Stamps of a busy host: an exponential delay of each, and stalls of 4 to 250 ms after which the queue follows."""
+    """Stamps of a busy host: an exponential delay of each; 8 stalls a second, of 8 ms in the mean, the first of 250 ms.
+
+    The samples of a stall follow together after it.
+    """
     stamps_ns = healthy.stamps_ns + _exponential(random, len(healthy.stamps_ns), 0.1)
-    for begin, stall_ms in zip(_places(stamps_ns, 15), np.geomspace(4.0, 250.0, 15), strict=True):
-        end_ns = stamps_ns[begin] + round(stall_ms * MILLISECOND)
+    count = round(8.0 * healthy.time[-1])
+    stalls_ns = _exponential(random, count, 8.0)
+    stalls_ns[0] = 250 * MILLISECOND
+    for begin, stall_ns in zip(_places(stamps_ns, count), stalls_ns, strict=True):
+        end_ns = stamps_ns[begin] + stall_ns
         queued = slice(begin, int(np.searchsorted(stamps_ns, end_ns)))
         stamps_ns[queued] = end_ns + QUEUED_NS * np.arange(queued.stop - begin)
     return replace(healthy, stamps_ns=_ordered(stamps_ns))
 
 
 def with_jitter(healthy: Recording, random: np.random.Generator) -> Recording:
-    """Delays of half a period with single losses: the stamps are off the grid of the sample clock."""
+    """Delays of half a period with single losses, off the grid of the clock; from the middle on half the rate."""
     period_ms = float(np.median(np.diff(healthy.stamps_ns))) / MILLISECOND
     late_ns = _exponential(random, len(healthy.stamps_ns), 0.5 * period_ms)
     jittered = replace(healthy, stamps_ns=_ordered(healthy.stamps_ns + late_ns))
-    return jittered.selected(random.random(len(late_ns)) > 0.02)
+    received = random.random(len(late_ns)) > 0.02
+    received[len(received) // 2 :: 2] = False
+    return jittered.selected(received)
 
 
 def with_losses(healthy: Recording, random: np.random.Generator) -> Recording:
-    """Single losses, runs of 2 to 120 lost samples, and every second sample lost in the last quarter."""
-    count = len(healthy.force)
-    received = random.random(count) > 0.01
+    """Delays as those of `with_delays`, single losses, and runs of 2 to 120 lost samples."""
+    received = random.random(len(healthy.force)) > 0.01
     for begin, length in zip(_places(healthy.stamps_ns, 10), np.geomspace(2, 120, 10).astype(int), strict=True):
         received[begin : begin + length] = False
-    received[3 * count // 4 :: 2] = False
-    late_ns = _exponential(random, count, 0.02)
-    return replace(healthy, stamps_ns=_ordered(healthy.stamps_ns + late_ns)).selected(received)
+    return with_delays(healthy, random).selected(received)
 
 
 def with_bursts(healthy: Recording, random: np.random.Generator) -> Recording:
@@ -85,7 +90,7 @@ def with_steps(healthy: Recording, random: np.random.Generator) -> Recording:
 
 
 def with_bad_values(healthy: Recording, random: np.random.Generator) -> Recording:
-    """No numbers, impossible values, outliers, saturation, late samples, repeated stamps, silences, a clock set back."""
+    """No numbers, impossible values, outliers, late samples, a stamp of zero, silences, a clock set back by 5 s."""
     stamps_ns, force, deflection = healthy.stamps_ns.copy(), healthy.force.copy(), healthy.deflection.copy()
     places = _places(stamps_ns, 18)
     force[places[0]], deflection[places[1]] = np.nan, np.inf
@@ -94,31 +99,57 @@ def with_bad_values(healthy: Recording, random: np.random.Generator) -> Recordin
         force[begin : begin + length] += 0.3 * length
     for length, begin in enumerate(places[8:12], 1):
         deflection[begin : begin + length] += 2e-4 * length
-    stamps_ns[places[12]] = 0
-    stamps_ns[places[13] : places[13] + 60] -= 200 * MILLISECOND
-    for begin, silence_ms in zip(places[14:17], (120, 400, 1500), strict=True):
+    for begin, silence_ms in zip(places[12:15], (120, 400, 1500), strict=True):
         stamps_ns[begin:] += silence_ms * MILLISECOND
-    stamps_ns[places[17] :] -= 5_000 * MILLISECOND
-    return replace(healthy, stamps_ns=stamps_ns + 10_000 * MILLISECOND, force=force, deflection=deflection)
+    stamps_ns[places[15] :] -= 5_000 * MILLISECOND
+    instants_ns = stamps_ns = stamps_ns + 10_000 * MILLISECOND
+    stamps_ns = stamps_ns.copy()
+    stamps_ns[places[16]] = 0
+    stamps_ns[places[17] : places[17] + 60] -= 200 * MILLISECOND
+    return replace(healthy, stamps_ns=stamps_ns, instants_ns=instants_ns, force=force, deflection=deflection)
 
 
-DISTURBANCES: dict[str, tuple[Disturbance, str, int, float]] = {  # motion, rate [Hz], seconds
-    "delays": (with_delays, "multisine", 500, 6.0),
-    "jitter": (with_jitter, "fast", 500, 4.0),
-    "losses": (with_losses, "multisine", 500, 6.0),
-    "bursts": (with_bursts, "multisine", 500, 5.0),
-    "stuck sensors": (with_stuck_sensors, "multisine", 200, 9.0),
-    "noise": (with_noise, "fast", 200, 8.0),
-    "steps": (with_steps, "multisine", 100, 12.0),
-    "bad values": (with_bad_values, "multisine", 500, 6.0),
+def with_force_errors(healthy: Recording, random: np.random.Generator) -> Recording:
+    """An outlier, a shift of 3 N that lasts, and a silence of 1.5 s."""
+    force, count = healthy.force.copy(), len(healthy.force)
+    force[count // 3] += 30.0
+    force[count // 2 :] += 3.0
+    silence_ns = 1500 * MILLISECOND * (np.arange(count) > 3 * count // 4)
+    return replace(healthy, force=force, stamps_ns=healthy.stamps_ns + silence_ns)
+
+
+DISTURBANCES: dict[str, tuple[Disturbance, str, int]] = {  # motion and rate [Hz]
+    "delays": (with_delays, "multisine", 500),
+    "jitter": (with_jitter, "fast", 500),
+    "losses": (with_losses, "multisine", 500),
+    "bursts": (with_bursts, "multisine", 500),
+    "stuck sensors": (with_stuck_sensors, "multisine", 200),
+    "noise": (with_noise, "fast", 200),
+    "steps": (with_steps, "multisine", 100),
+    "bad values": (with_bad_values, "multisine", 500),
 }
+ESTIMATED = ("bursts", "stuck sensors", "noise", "steps", "bad values")  # those for the whole estimator
+SECONDS = 8.0
 
 
-def disturbed(seconds: float | None = None) -> Iterator[Recording]:
-    """One recording for each of DISTURBANCES, of its own length or of `seconds` [s]."""
-    for name, (disturb, motion, rate_hz, usual) in DISTURBANCES.items():
-        healthy = simulated(case(motion=motion, rate_hz=rate_hz, start="good"), "force", seconds or usual)
-        yield replace(disturb(healthy, np.random.default_rng(SEED)), name=name)
+HEAVY = case(motion="multisine", mass="heavy", start="good")
+FRICTIONLESS = case(motion="slow", coulomb_friction_n=0.0, start="good")  # force_rate requires it
+
+
+def disturbed(name: str, seconds: float) -> Recording:
+    """The recording of one of DISTURBANCES."""
+    disturb, motion, rate_hz = DISTURBANCES[name]
+    healthy = simulated(case(motion=motion, rate_hz=rate_hz, start="good"), "force", seconds)
+    return replace(disturb(healthy, np.random.default_rng(SEED)), name=name)
+
+
+def rare_conditions(seconds: float | None = None) -> Iterator[Recording]:
+    """Recordings for the whole estimator: ESTIMATED, HEAVY and FRICTIONLESS, of `seconds` [s]."""
+    for name in ESTIMATED:
+        yield disturbed(name, seconds or SECONDS)
+    yield replace(simulated(HEAVY, "force", seconds or SECONDS), name="heavy rod")
+    healthy = simulated(FRICTIONLESS, "force_rate", seconds or SECONDS)
+    yield replace(with_force_errors(healthy, np.random.default_rng(SEED)), name="force_rate")
 
 
 def _exponential(random: np.random.Generator, count: int, mean_ms: float) -> NDArray[np.int64]:

@@ -9,7 +9,7 @@ from vsa_bench.estimation.score import TWO_SIDED_95, WRONG_SHARE, WRONG_STDS, ti
 from vsa_common.types import Array, Booleans
 
 SCORED_FROM = 0.4  # errors and coverage are taken over what follows this share of a recording
-ERRORS = ("stiffness_nrmse", "damping_nrmse", "noise_error")
+ERRORS = ("stiffness_nrmse", "damping_nrmse", "noise_error", "instant_error")
 FIELDS = (
     "stiffness", "stiffness_variance", "stiffness_valid", "damping", "damping_variance", "damping_valid",
 )  # fmt: skip
@@ -22,12 +22,15 @@ class Figures:
     stiffness_nrmse: float | None = None
     damping_nrmse: float | None = None  # while damping is valid
     noise_error: float | None = None  # of the sensors' noise at rest
+    instant_error: float | None = None  # of the instants of the samples, rms [ns]
     stiffness_coverage: float | None = None  # of the 95 % interval
     damping_coverage: float | None = None  # of the 95 % interval, while damping is valid
     convergence_time_s: float | None = None  # from when on stiffness stays within 5 %
     stiffness_valid: float | None = None  # share of the samples
     damping_valid: float | None = None  # share of the samples
     wrong: float | None = None  # share of the samples that are valid and off by 4 deviations and 1 %, or of the signals
+    flagged: float | None = None  # share of the samples with a flag of the preprocessing
+    accepted: float | None = None  # share of the samples that enter it
     resets: int | None = None
 
 

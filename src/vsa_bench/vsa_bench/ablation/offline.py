@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vsa_bench.ablation.figures import Figures
 from vsa_bench.ablation.recordings import SEED
 from vsa_bench.estimation.cases import Case, Coefficients, case
-from vsa_bench.estimation.recordings import RESOLUTION, record
+from vsa_bench.estimation.recordings import record
 from vsa_bench.estimation.score import TWO_SIDED_95
 from vsa_common.types import Array
 

@@ -24,8 +24,10 @@ NOTE = (
 )
 LABELS = {
     "stiffness_nrmse": "stiffness", "damping_nrmse": "damping", "noise_error": "noise",
-    "stiffness_coverage": "stiffness coverage", "damping_coverage": "damping coverage", "convergence_time_s": "convergence", "stiffness_valid": "stiffness valid",
-    "damping_valid": "damping valid", "wrong": "wrong", "resets": "resets",
+    "instant_error": "instant", "flagged": "flagged", "accepted": "accepted",
+    "stiffness_coverage": "stiffness coverage", "damping_coverage": "damping coverage",
+    "convergence_time_s": "convergence", "stiffness_valid": "stiffness valid", "damping_valid": "damping valid",
+    "wrong": "wrong", "resets": "resets",
 }  # fmt: skip
 
 

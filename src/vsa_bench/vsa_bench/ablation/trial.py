@@ -2,7 +2,8 @@
 """One trial: the estimator imported anew with overridden constants, on all recordings.
 
 Runs in a forked worker in plain Python. Compiled code has its constants built in, and modules compute others from
-them at import; only a new import applies an override to both.
+them at import; only a new import applies an override to both. The bank of laws, which plain Python runs 100 times
+slower, is compiled anew for each trial.
 """
 
 import hashlib
@@ -16,10 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 from vsa_bench.ablation.figures import FIELDS, Figures, figures
 from vsa_bench.ablation.offline import Identified, Rest, run_identification, run_noise
+from vsa_bench.ablation.other_laws import OtherLaw, run_bank
 from vsa_bench.ablation.recordings import Recording
+from vsa_bench.ablation.samples import Samples, run_preprocessing
 from vsa_bench.ablation.variation import Value
 from vsa_common.blas import limit_blas_threads
 from vsa_common.config.configuration import build
+from vsa_common.fork import ForkedTasks
 from vsa_common.tuning import CONSTANTS, OVERRIDES
 
 PACKAGE = "vsa_estimator"
@@ -44,8 +48,8 @@ class Trial:
 
 
 def initialize_worker(sources: Sequence[Source]) -> None:
-    """Give a worker its recordings, and plain Python for what it imports from here on."""
-    os.environ["VSA_NO_NUMBA"] = "1"
+    """Give a worker its recordings; what it imports from here on is plain Python, or the bank of laws compiled anew."""
+    os.environ["VSA_NO_CACHE" if any(isinstance(one, OtherLaw) for one in sources) else "VSA_NO_NUMBA"] = "1"
     warnings.simplefilter("ignore")
     limit_blas_threads()
     _sources[:] = sources
@@ -54,7 +58,7 @@ def initialize_worker(sources: Sequence[Source]) -> None:
 def import_anew(package: str, overrides: Mapping[tuple[str, str], Value]) -> None:
     """Remove `package` with its declared constants; its next import declares them with `overrides`."""
     for name in list(sys.modules):
-        # vsa_common.accel reads VSA_NO_NUMBA at import
+        # vsa_common.accel reads VSA_NO_NUMBA and VSA_NO_CACHE at import
         if f"{name}.".startswith((f"{package}.", "vsa_common.accel.")):
             del sys.modules[name]
     for name in list(CONSTANTS):
@@ -66,7 +70,14 @@ def import_anew(package: str, overrides: Mapping[tuple[str, str], Value]) -> Non
 
 
 def run_trial(overrides: Mapping[tuple[str, str], Value]) -> Trial:
-    """The recordings of this worker with `overrides`, by module and name of the constant."""
+    """The recordings of this worker with `overrides`, by module and name of the constant.
+
+    In a process of its own: numba does not free the memory of compiled code.
+    """
+    return ForkedTasks(lambda report: _trial(overrides)).results()[0]
+
+
+def _trial(overrides: Mapping[tuple[str, str], Value]) -> Trial:
     import_anew(PACKAGE, overrides)
     result: dict[str, Figures] = {}
     digests: dict[str, str] = {}
@@ -81,6 +92,10 @@ def run_trial(overrides: Mapping[tuple[str, str], Value]) -> Trial:
 def _run(source: Source) -> tuple[Figures, str]:
     if isinstance(source, Identified):
         return run_identification(source)
+    if isinstance(source, OtherLaw):
+        return run_bank(source)
+    if isinstance(source, Samples):
+        return run_preprocessing(source)
     return run_noise(source) if isinstance(source, Rest) else _run_estimator(source)
 
 

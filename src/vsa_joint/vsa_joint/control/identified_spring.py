@@ -140,6 +140,10 @@ def _knot_spring(state: CoefficientEstimate) -> Spring | None:
     if not (usable and finite and max(map(abs, ln_stiffness)) <= MAX_LN_STIFFNESS):
         return None
     return KnotSpring(
-        knots, ln_stiffness, covariance, state.elastic_force, damping=max(state.d1, 0.0),
+        knots,
+        ln_stiffness,
+        covariance,
+        state.elastic_force,
+        damping=max(state.d1, 0.0),
         peak_speed=peak_speed(state.d1, state.d2),
     )
