@@ -8,7 +8,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 from vsa_bench.ablation import trial
-from vsa_bench.ablation.command import judge
+from vsa_bench.ablation.command import evaluate
 from vsa_bench.ablation.disturbances import DISTURBANCES, MILLISECOND
 from vsa_bench.ablation.groups import GROUPS, groups_of
 from vsa_bench.ablation.offline import Identified, Rest, offline_recordings
@@ -96,7 +96,7 @@ def test_a_constant_without_effect_on_one_group_is_tried_on_the_next(monkeypatch
     }[group])  # fmt: skip
     names = ("preprocessing.OUTLIER_GATE", "filter.SOFT_GATE")
     options = Namespace(group=[], quick=True, seconds=None, processes=1)
-    bases, effects = judge([halved(name) for name in names], options)
+    bases, effects = evaluate([halved(name) for name in names], options)
     assert set(bases) == {"tracking", "rare"}
     by_name = {one.variation.name: one for one in effects}
     assert by_name["OUTLIER_GATE"].group == "rare"

@@ -33,7 +33,7 @@ def main(argv: list[str] | None = None) -> int:
         return 1
     begin = time.monotonic()
     try:
-        bases, effects = judge(variations, options)
+        bases, effects = evaluate(variations, options)
     except (BrokenProcessPool, TrialError) as error:
         print(f"bench ablation: {error}", file=sys.stderr)
         return 1
@@ -53,7 +53,7 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def judge(variations: Sequence[Variation], options: argparse.Namespace) -> tuple[dict[str, Trial], list[Effect]]:
+def evaluate(variations: Sequence[Variation], options: argparse.Namespace) -> tuple[dict[str, Trial], list[Effect]]:
     """The trials with the tuned values by group of recordings, and one effect of each variation.
 
     A constant that changes no output of a group is tried on the next one of its module. Raises as `ablate`.

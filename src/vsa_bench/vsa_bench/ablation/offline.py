@@ -65,7 +65,7 @@ def run_identification(one: Identified) -> tuple[Figures, str]:
 
     result = identify([corrected(_offline(one))[0]])
     c, found = one.coefficients, dict(zip(NAMES, result.values.tolist(), strict=True))
-    x = np.linspace(*np.quantile(one.deflection, (0.05, 0.95)), POINTS)
+    x = np.linspace(float(np.quantile(one.deflection, 0.05)), float(np.quantile(one.deflection, 0.95)), POINTS)
     speed = np.linspace(0.0, c.maximum_speed, POINTS)
     ln_slopes = np.zeros((POINTS, len(NAMES)))
     ln_slopes[:, NAMES.index("k1")], ln_slopes[:, NAMES.index("k2")] = 1.0 / found["k1"], 1.0 / found["k2"] + x
@@ -129,7 +129,7 @@ def _at_rest(seconds: float) -> Iterator[Rest]:
 def _offline(one: Identified | Rest) -> Any:
     from vsa_estimator.offline.recordings import Recording
 
-    stamps_s = 1e-9 * one.stamps_ns
+    stamps_s = np.asarray(1e-9 * one.stamps_ns, np.float64)
     return Recording(Path(one.name), "transmission_1", one.stamps_ns, stamps_s, one.force, one.deflection)
 
 

@@ -37,8 +37,8 @@ def with_other_laws(seconds: float | None = None) -> Iterator[OtherLaw]:
         measured = simulation.recording(SEED)
         recording = OtherLaw(
             one.label, start_parameters(simulation, SEED), measured.stamp_ns, measured.force, measured.deflection,
-            simulation.stiffness, simulation.damping, np.asarray(simulation.damping > DAMPING_FLOOR * NOMINAL.d1),
-            measured.stamp_ns,
+            simulation.stiffness, simulation.damping,
+            damping_defined=np.asarray(simulation.damping > DAMPING_FLOOR * NOMINAL.d1), instants_ns=measured.stamp_ns,
         )  # fmt: skip
         late_ns = measured.stamp_ns - measured.stamp_ns[0] - round(GAP * 1e9 * simulation.time[-1])
         yield recording.selected(np.asarray((late_ns < 0) | (late_ns > GAP_NS)))

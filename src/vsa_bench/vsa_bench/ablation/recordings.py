@@ -87,7 +87,7 @@ def simulated(one: Case, formulation: str, seconds: float) -> Recording:
     return Recording(
         one.label + (" force_rate" if formulation == "force_rate" else ""), parameters, source.stamps_ns,
         source.force[0], source.deflection[0], truth.stiffness, truth.damping,
-        np.abs(truth.velocity) < truth.coefficients.maximum_speed, source.stamps_ns,
+        damping_defined=np.abs(truth.velocity) < truth.coefficients.maximum_speed, instants_ns=source.stamps_ns,
     )  # fmt: skip
 
 

@@ -70,7 +70,7 @@ class Row(NamedTuple):
 
     @property
     def group(self) -> str:
-        """The group of recordings on which the constant was judged."""
+        """The group of recordings on which the constant was varied."""
         return next((one.group for one in (self.half, self.double) if one), "")
 
     @property
