@@ -86,21 +86,21 @@ def test_the_flag_states_the_effect_of_a_constant(half, double, flag):
 
 def test_the_table_names_the_greatest_change_of_each_side():
     cells = table([row_of(trial_of("a", damping_nrmse=0.03, wrong=0.02), trial_of("b", stiffness_nrmse=0.009))])[0]
-    assert cells[:4] == ["filter.GATE", "sensitive", "3", ""]
-    assert cells[4:] == ["+50.0 % damping", "-10.0 % stiffness", "+2.0 % wrong", "-"]
+    assert cells[:5] == ["filter.GATE", "sensitive", "-", "3", ""]
+    assert cells[5:] == ["+50.0 % damping", "-10.0 % stiffness", "+2.0 % wrong", "-"]
 
 
 def test_a_constant_that_cannot_be_varied_has_no_effect():
     row = Row("tuning.filter", constant(0.0), None, None)
     assert row.flag == NO_EFFECT
-    assert table([row])[0][4:] == ["-"] * 4
+    assert table([row])[0][5:] == ["-"] * 4
 
 
 def test_the_markdown_has_one_table_for_each_module():
     first = row_of(trial_of(), trial_of("b", stiffness_nrmse=0.009))
     text = markdown([first, first._replace(module="tuning.output")], "Ablation")
     assert text.count("\n## tuning.") == 2
-    assert text.count("| `GATE` | sensitive | 3 |") == 2
+    assert text.count("| `GATE` | sensitive | - | 3 |") == 2
     assert len({line.count("|") for line in text.splitlines() if line.startswith("|")}) == 1
 
 

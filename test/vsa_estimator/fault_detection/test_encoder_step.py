@@ -4,6 +4,7 @@
 import math
 
 import numpy as np
+import pytest
 from vsa_estimator.fault_detection.encoder_step import OffsetHypothesis
 
 
@@ -22,6 +23,18 @@ def test_a_constant_offset_of_a_moving_encoder_is_confirmed_with_its_size():
     hypothesis = rejections([1e-3] * 8, moving(8))
     assert hypothesis.is_confirmed
     assert hypothesis.size == 1e-3
+
+
+def test_six_offsets_alike_confirm_a_step():
+    assert not rejections([1e-3] * 5, moving(5)).is_confirmed
+    assert rejections([1e-3] * 6, moving(6)).is_confirmed
+
+
+@pytest.mark.parametrize(("scatter", "confirmed"), [(0.2, True), (0.3, False)])
+def test_offsets_that_scatter_by_a_quarter_of_the_step_are_not_confirmed(scatter, confirmed):
+    offsets = 1e-3 * (1.0 + math.sqrt(1.25) * scatter * np.array([0.0, 1.0, -1.0, 1.0, -1.0, 0.0]))
+    assert np.std(offsets[1:]) == pytest.approx(1e-3 * scatter)
+    assert rejections(offsets, moving(6)).is_confirmed == confirmed
 
 
 def test_offsets_of_noise_are_not_confirmed():

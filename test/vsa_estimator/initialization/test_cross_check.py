@@ -10,6 +10,7 @@ from vsa_common.types import ResetReason
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import Z
+from vsa_estimator.initialization.cross_check import CrossCheckSchedule
 from vsa_estimator.initialization.scheduler import Initializer
 from vsa_estimator.tuning.filter import MAHALANOBIS_LIMIT
 
@@ -26,6 +27,18 @@ def fed(spoil=None):
             spoil(estimator._supervisor.tracker)
         estimate = estimator.add(*sample)
     return estimator, estimate
+
+
+def test_cross_checks_are_8_16_32_and_64_seconds_apart_and_not_rarer():
+    schedule, now_ns, intervals = CrossCheckSchedule(), 0, []
+    schedule.restart(now_ns)
+    for _ in range(5):
+        begin_ns = now_ns
+        while not schedule.is_due(now_ns):
+            now_ns += 1_000_000_000
+        intervals.append((now_ns - begin_ns) // 1_000_000_000)
+        schedule.postpone(now_ns)
+    assert intervals == [8, 16, 32, 64, 64]
 
 
 def set_confident_stiff_damper(tracker):

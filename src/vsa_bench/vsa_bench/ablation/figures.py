@@ -9,7 +9,7 @@ from vsa_bench.estimation.score import TWO_SIDED_95, WRONG_SHARE, WRONG_STDS, ti
 from vsa_common.types import Array, Booleans
 
 SCORED_FROM = 0.4  # errors and coverage are taken over what follows this share of a recording
-ERRORS = ("stiffness_nrmse", "damping_nrmse")
+ERRORS = ("stiffness_nrmse", "damping_nrmse", "noise_error", "instant_error")
 FIELDS = (
     "stiffness", "stiffness_variance", "stiffness_valid", "damping", "damping_variance", "damping_valid",
 )  # fmt: skip
@@ -19,15 +19,19 @@ FIELDS = (
 class Figures:
     """Errors and shares as fractions; None where a run does not define a figure."""
 
-    stiffness_nrmse: float | None
-    damping_nrmse: float | None  # while damping is valid
-    stiffness_coverage: float | None  # of the 95 % interval
-    damping_coverage: float | None  # of the 95 % interval, while damping is valid
-    convergence_time_s: float | None  # from when on stiffness stays within 5 %
-    stiffness_valid: float  # share of the samples
-    damping_valid: float  # share of the samples
-    wrong: float  # share of the samples whose stiffness or damping is valid, off by 4 deviations and 1 %
-    resets: int
+    stiffness_nrmse: float | None = None
+    damping_nrmse: float | None = None  # while damping is valid
+    noise_error: float | None = None  # of the sensors' noise at rest
+    instant_error: float | None = None  # of the instants of the samples, rms [ns]
+    stiffness_coverage: float | None = None  # of the 95 % interval
+    damping_coverage: float | None = None  # of the 95 % interval, while damping is valid
+    convergence_time_s: float | None = None  # from when on stiffness stays within 5 %
+    stiffness_valid: float | None = None  # share of the samples
+    damping_valid: float | None = None  # share of the samples
+    wrong: float | None = None  # share of the samples that are valid and off by 4 deviations and 1 %, or of the signals
+    flagged: float | None = None  # share of the samples with a flag of the preprocessing
+    accepted: float | None = None  # share of the samples that enter it
+    resets: int | None = None
 
 
 def figures(recording: Recording, estimates: dict[str, Array], resets: int) -> Figures:

@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,9 @@ QUICK = (
 STAMP_DELAY_S = 3e-4  # mean of the exponential delay of the stamps
 
 
+Kind = TypeVar("Kind", bound="Recording")
+
+
 @dataclass(frozen=True)
 class Recording:
     """Samples of one transmission, the parameters of its estimator, and the truth at each sample, SI."""
@@ -45,17 +49,19 @@ class Recording:
     stiffness: Array
     damping: Array
     damping_defined: Booleans  # below the peak speed of the damper
+    instants_ns: NDArray[np.int64]  # of the samples; the stamps may be later
 
     @property
     def time(self) -> Array:
         """Time since the first sample [s]."""
         return np.asarray(1e-9 * (self.stamps_ns - self.stamps_ns[0]))
 
-    def selected(self, kept: Booleans) -> "Recording":
+    def selected(self: Kind, kept: Booleans) -> Kind:
         """The samples at which `kept` is true."""
-        return Recording(
-            self.name, self.parameters, self.stamps_ns[kept], self.force[kept], self.deflection[kept],
-            self.stiffness[kept], self.damping[kept], self.damping_defined[kept],
+        return replace(
+            self, stamps_ns=self.stamps_ns[kept], force=self.force[kept], deflection=self.deflection[kept],
+            stiffness=self.stiffness[kept], damping=self.damping[kept], damping_defined=self.damping_defined[kept],
+            instants_ns=self.instants_ns[kept],
         )  # fmt: skip
 
 
@@ -81,7 +87,7 @@ def simulated(one: Case, formulation: str, seconds: float) -> Recording:
     return Recording(
         one.label + (" force_rate" if formulation == "force_rate" else ""), parameters, source.stamps_ns,
         source.force[0], source.deflection[0], truth.stiffness, truth.damping,
-        np.abs(truth.velocity) < truth.coefficients.maximum_speed,
+        damping_defined=np.abs(truth.velocity) < truth.coefficients.maximum_speed, instants_ns=source.stamps_ns,
     )  # fmt: skip
 
 
@@ -133,4 +139,7 @@ def with_change(first: Recording, second: Recording) -> Recording:
         for name in ("force", "deflection", "stiffness", "damping")
     )
     defined = np.where(changed, second.damping_defined, first.damping_defined)
-    return Recording(CHANGE, first.parameters, first.stamps_ns, force, deflection, stiffness, damping, defined)
+    return replace(
+        first, name=CHANGE, force=force, deflection=deflection, stiffness=stiffness, damping=damping,
+        damping_defined=defined,
+    )  # fmt: skip

@@ -12,7 +12,10 @@ from vsa_common.tuning import Constant
 
 SENSITIVE = 0.03  # least change of a figure that counts
 NO_EFFECT, INSENSITIVE, SENSITIVE_FLAG, FAILS = "no effect", "insensitive", "sensitive", "fails"
-HEADER = ("constant", "effect", "value", "unit", "error at half", "error at double", "other at half", "other at double")
+HEADER = (
+    "constant", "effect", "recordings", "value", "unit", "error at half", "error at double", "other at half",
+    "other at double",
+)  # fmt: skip
 NOTE = (
     f"error: greatest change of the stiffness or damping error (NRMSE) over all recordings, in percent of that error. "
     f"other: greatest change of another figure: coverage, valid and wrong shares in percentage points, "
@@ -20,9 +23,11 @@ NOTE = (
     f"factor. no effect: no output bit changes; insensitive: every change is below {100.0 * SENSITIVE:g} %."
 )
 LABELS = {
-    "stiffness_nrmse": "stiffness", "damping_nrmse": "damping", "stiffness_coverage": "stiffness coverage",
-    "damping_coverage": "damping coverage", "convergence_time_s": "convergence", "stiffness_valid": "stiffness valid",
-    "damping_valid": "damping valid", "wrong": "wrong", "resets": "resets",
+    "stiffness_nrmse": "stiffness", "damping_nrmse": "damping", "noise_error": "noise",
+    "instant_error": "instant", "flagged": "flagged", "accepted": "accepted",
+    "stiffness_coverage": "stiffness coverage", "damping_coverage": "damping coverage",
+    "convergence_time_s": "convergence", "stiffness_valid": "stiffness valid", "damping_valid": "damping valid",
+    "wrong": "wrong", "resets": "resets",
 }  # fmt: skip
 
 
@@ -52,6 +57,7 @@ class Effect(NamedTuple):
     other: Change
     bits_changed: bool
     trial: Trial
+    group: str = ""  # of the recordings
 
 
 class Row(NamedTuple):
@@ -61,6 +67,11 @@ class Row(NamedTuple):
     constant: Constant
     half: Effect | None
     double: Effect | None
+
+    @property
+    def group(self) -> str:
+        """The group of recordings on which the constant was varied."""
+        return next((one.group for one in (self.half, self.double) if one), "")
 
     @property
     def flag(self) -> str:
@@ -129,6 +140,7 @@ def as_json(row: Row) -> dict[str, Any]:
         "module": row.module,
         **row.constant._asdict(),
         "flag": row.flag,
+        "group": row.group,
         "half": _effect_as_json(row.half),
         "double": _effect_as_json(row.double),
     }
@@ -150,7 +162,7 @@ def _effect_as_json(one: Effect | None) -> dict[str, Any] | None:
 
 def _cells(row: Row) -> list[str]:
     sides = (row.half, row.double)
-    return [_text(row.constant.value), row.constant.unit, *map(_error, sides), *map(_other, sides)]
+    return [row.group or "-", _text(row.constant.value), row.constant.unit, *map(_error, sides), *map(_other, sides)]
 
 
 def _error(one: Effect | None) -> str:

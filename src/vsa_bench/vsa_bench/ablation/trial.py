@@ -2,7 +2,8 @@
 """One trial: the estimator imported anew with overridden constants, on all recordings.
 
 Runs in a forked worker in plain Python. Compiled code has its constants built in, and modules compute others from
-them at import; only a new import applies an override to both.
+them at import; only a new import applies an override to both. The bank of laws, which plain Python runs 100 times
+slower, is compiled anew for each trial.
 """
 
 import hashlib
@@ -15,18 +16,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from vsa_bench.ablation.figures import FIELDS, Figures, figures
+from vsa_bench.ablation.offline import Identified, Rest, run_identification, run_noise
+from vsa_bench.ablation.other_laws import OtherLaw, run_bank
 from vsa_bench.ablation.recordings import Recording
+from vsa_bench.ablation.samples import Samples, run_preprocessing
 from vsa_bench.ablation.variation import Value
 from vsa_common.blas import limit_blas_threads
 from vsa_common.config.configuration import build
+from vsa_common.fork import ForkedTasks
 from vsa_common.tuning import CONSTANTS, OVERRIDES
 
 PACKAGE = "vsa_estimator"
-ACCELERATION = "vsa_common.accel"  # reads VSA_NO_NUMBA at import
 STATE_PERIOD_NS = 1_000_000_000  # between two states that go into the digest
 SILENCES_NS = (20_000_000, 300_000_000)  # instants after the last sample at which the output is predicted
 
-_recordings: list[Recording] = []  # of this worker
+Source = Recording | Identified | Rest
+_sources: list[Source] = []  # of this worker
 
 
 class TrialError(Exception):
@@ -42,18 +47,19 @@ class Trial:
     failure: str = ""
 
 
-def initialize_worker(recordings: Sequence[Recording]) -> None:
-    """Give a worker its recordings, and plain Python for what it imports from here on."""
-    os.environ["VSA_NO_NUMBA"] = "1"
+def initialize_worker(sources: Sequence[Source]) -> None:
+    """Give a worker its recordings; what it imports from here on is plain Python, or the bank of laws compiled anew."""
+    os.environ["VSA_NO_CACHE" if any(isinstance(one, OtherLaw) for one in sources) else "VSA_NO_NUMBA"] = "1"
     warnings.simplefilter("ignore")
     limit_blas_threads()
-    _recordings[:] = recordings
+    _sources[:] = sources
 
 
 def import_anew(package: str, overrides: Mapping[tuple[str, str], Value]) -> None:
     """Remove `package` with its declared constants; its next import declares them with `overrides`."""
     for name in list(sys.modules):
-        if f"{name}.".startswith((f"{package}.", f"{ACCELERATION}.")):
+        # vsa_common.accel reads VSA_NO_NUMBA and VSA_NO_CACHE at import
+        if f"{name}.".startswith((f"{package}.", "vsa_common.accel.")):
             del sys.modules[name]
     for name in list(CONSTANTS):
         if f"{name}.".startswith(f"{package}."):
@@ -64,19 +70,36 @@ def import_anew(package: str, overrides: Mapping[tuple[str, str], Value]) -> Non
 
 
 def run_trial(overrides: Mapping[tuple[str, str], Value]) -> Trial:
-    """The recordings of this worker with `overrides`, by module and name of the constant."""
+    """The recordings of this worker with `overrides`, by module and name of the constant.
+
+    In a process of its own: numba does not free the memory of compiled code.
+    """
+    return ForkedTasks(lambda report: _trial(overrides)).results()[0]
+
+
+def _trial(overrides: Mapping[tuple[str, str], Value]) -> Trial:
     import_anew(PACKAGE, overrides)
     result: dict[str, Figures] = {}
     digests: dict[str, str] = {}
     try:
-        for recording in _recordings:
-            result[recording.name], digests[recording.name] = _run(recording)
+        for source in _sources:
+            result[source.name], digests[source.name] = _run(source)
     except Exception as error:  # a value that the estimator cannot run with is a finding
         return Trial({}, {}, f"{type(error).__name__}: {error}")
     return Trial(result, digests)
 
 
-def _run(recording: Recording) -> tuple[Figures, str]:
+def _run(source: Source) -> tuple[Figures, str]:
+    if isinstance(source, Identified):
+        return run_identification(source)
+    if isinstance(source, OtherLaw):
+        return run_bank(source)
+    if isinstance(source, Samples):
+        return run_preprocessing(source)
+    return run_noise(source) if isinstance(source, Rest) else _run_estimator(source)
+
+
+def _run_estimator(recording: Recording) -> tuple[Figures, str]:
     from vsa_estimator.formulations import create_estimator
     from vsa_estimator.output.estimate import Estimate
     from vsa_estimator.settings import EstimatorConfig

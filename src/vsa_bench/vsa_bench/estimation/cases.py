@@ -4,6 +4,8 @@
 from dataclasses import dataclass, replace
 from itertools import product
 
+from vsa_common.damper import peak_speed
+
 
 @dataclass(frozen=True)
 class Coefficients:
@@ -20,7 +22,7 @@ class Coefficients:
     @property
     def maximum_speed(self) -> float:
         """Speed v* [m/s] at which the damper force is greatest; beyond it the force is constant."""
-        return float((self.d1 / (-3.0 * self.d2)) ** 0.5)
+        return peak_speed(self.d1, self.d2)
 
 
 # Eq. (20) with d2 and m of Table I; d1 and d0 are not in the paper.

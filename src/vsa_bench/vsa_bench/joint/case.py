@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from vsa_common.config.configuration import build
+from vsa_common.damper import peak_speed
 from vsa_estimator.settings import EstimatorConfig
 from vsa_joint.experiment.excitation import FRICTION_LINES, RESPONSE_LINES, Multisine, largest_multisine, multisine
 from vsa_joint.geometry import Joint, TendonPath
@@ -76,7 +77,7 @@ def external_torque(case: Case, rig: RigConfig) -> Multisine:
     if case.frictionless:
         return multisine(RESPONSE_LINES, SMALL_TORQUE, case.seed)
     transmissions = transmissions_at_rest(case, rig)
-    slowest = min(math.sqrt(c.d1 / (-3.0 * c.d2)) for c in (rig.transmission_1, rig.transmission_2))
+    slowest = min(peak_speed(c.d1, c.d2) for c in (rig.transmission_1, rig.transmission_2))
     return largest_multisine(FRICTION_LINES, case.seed, transmissions, geometry(rig), slowest)
 
 

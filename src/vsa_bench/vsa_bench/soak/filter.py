@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from vsa_bench.harness.usage import resident_mb
 from vsa_common.config.configuration import build, node_values, parameters
+from vsa_common.damper import peak_speed
 from vsa_common.terminal import progress
 from vsa_common.types import Array
 from vsa_driver.acquisition.channel import Measurement
@@ -124,7 +125,7 @@ def samples_of_motion(rig: RigConfig, time: Array, rng: np.random.Generator) -> 
         x += amplitude * np.sin(w * time + phase)
         v += amplitude * w * np.cos(w * time + phase)
         a -= amplitude * w * w * np.sin(w * time + phase)
-    fastest = np.sqrt(spring.d1 / (-3.0 * spring.d2))
+    fastest = peak_speed(spring.d1, spring.d2)
     c = np.clip(v, -fastest, fastest)
     friction = spring.coulomb_friction * np.tanh(v / rig.friction.smoothing_speed)
     elastic = spring.k1 * np.exp(spring.k2 * x)

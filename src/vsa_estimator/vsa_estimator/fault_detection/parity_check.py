@@ -24,15 +24,17 @@ from vsa_estimator.tuning.fault_detection import (
     ISOLATION_TIME,
     LIKELIHOOD_MARGIN,
     MAX_SCALE,
-    MIN_MOVING_SHARE,
+    MIN_COVERAGE,
     MIN_ROWS,
     MIN_SCALE,
     PRIOR_WEIGHT,
     SCALE_CAP,
-    SCALE_MEMORY,
     THRESHOLD,
     WINDOWS,
 )
+from vsa_estimator.tuning.filter import EXCITATION_TIME_CONSTANT
+
+SCALE_MEMORY = round(EXCITATION_TIME_CONSTANT / EVALUATION_PERIOD)  # evaluations in the memory of the residual scale
 
 
 class Coefficients(NamedTuple):
@@ -187,7 +189,7 @@ class ParityCheck:
         if checkpoint is None or self._rows.view.shape[1] < MIN_ROWS:
             return None
         time, residual, stiffness, moving, *_ = residuals(self._rows.view, checkpoint.mean, checkpoint.reference)
-        if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_MOVING_SHARE:
+        if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
             return None
         return self._isolate(residual, stiffness, moving, float(checkpoint.mean[C.K2]))
 

@@ -3,19 +3,19 @@
 
 import math
 
-import numpy as np
+from vsa_common import damper
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.force_law.state import D1, D2, V
-from vsa_estimator.tuning.force_law import MAX_RELATIVE_SPEED_STD, MIN_CUBIC_DAMPING, UNBOUNDED_SPEED
+from vsa_estimator.tuning.force_law import MAX_RELATIVE_SPEED_STD, UNBOUNDED_SPEED
+
+_peak_speed = compiled(damper.peak_speed)
 
 
 @compiled
 def peak_speed(d1: float, d2: float) -> float:
-    """Speed v* [m/s] of the greatest damper force, eq. (5), where D = d1 + 3 d2 v^2 vanishes."""
-    if d2 < -MIN_CUBIC_DAMPING and d1 > 0.0:
-        return min(np.sqrt(d1 / (-3.0 * d2)), UNBOUNDED_SPEED)
-    return UNBOUNDED_SPEED
+    """Speed v* [m/s] of the greatest damper force, eq. (5); UNBOUNDED_SPEED where it is above every speed."""
+    return min(_peak_speed(d1, d2), UNBOUNDED_SPEED)
 
 
 @compiled

@@ -11,7 +11,7 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.force_law.state import K2, S, X
-from vsa_estimator.tuning.force_law import MAX_LN_GROWTH, MAX_LN_STIFFNESS, MIN_LN_GROWTH, MIN_LN_STIFFNESS
+from vsa_estimator.tuning.force_law import MAX_LN_STIFFNESS, MIN_LN_STIFFNESS
 
 
 @compiled
@@ -69,7 +69,7 @@ def compliance_at_reference(s: float) -> float:
 
 def relative_stiffness(k2: Array, dx: Array) -> Array:
     """Stiffness relative to that at the reference, exp(k2 dx), elementwise with broadcasting; limited."""
-    return np.asarray(np.exp(np.clip(k2 * dx, MIN_LN_GROWTH, MAX_LN_GROWTH)))
+    return np.asarray(np.exp(np.clip(k2 * dx, MIN_LN_STIFFNESS, MAX_LN_STIFFNESS)))
 
 
 def s_from_force(force: float, k2: float, dx: float) -> float:

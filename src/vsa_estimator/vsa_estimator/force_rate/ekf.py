@@ -12,13 +12,11 @@ from enum import IntEnum
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 from vsa_common.types import Array
-from vsa_estimator.tuning.filter import HARD_GATE, SOFT_GATE
+from vsa_estimator.tuning.filter import HARD_GATE, NIS_CAP, NIS_WINDOW, SOFT_GATE
 from vsa_estimator.tuning.force_rate import (
     FRICTION_DRIFT,
     MAX_LN_GROWTH,
-    NIS_CAP,
     OFFSET_DRIFT,
-    OFFSET_NIS_SAMPLES,
     PARAMETER_DRIFT,
     RATE_FILTER,
 )
@@ -159,7 +157,7 @@ class OffsetFilter:
         self._kalman.predict()
         self._kalman.update(np.array([[residual]]), R=np.array([[variance]]), H=np.array([[1.0, direction]]))
         nis = float(self._kalman.y[0, 0] ** 2 / self._kalman.S[0, 0])
-        self.nis_mean += (min(nis, NIS_CAP) - self.nis_mean) / OFFSET_NIS_SAMPLES
+        self.nis_mean += (min(nis, NIS_CAP) - self.nis_mean) * min(dt / NIS_WINDOW, 1.0)
 
     @property
     def offset(self) -> float:

@@ -19,17 +19,14 @@ from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
 from vsa_estimator.preprocessing.decimator import Decimated, add_sample, finished_blocks, initial_decimator
 from vsa_estimator.preprocessing.validation import DROP, TIME_RESET, initial_validation, validate
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.tuning.filter import NIS_THRESHOLD
+from vsa_estimator.tuning.filter import NIS_CAP, NIS_THRESHOLD, NIS_WINDOW
 from vsa_estimator.tuning.force_rate import (
-    GAP,
     JERK_BANDWIDTH,
-    NIS_CAP,
-    NIS_SAMPLES,
     OFFSET_PERIOD,
     REVERSAL_SPEED,
     START_STDS,
 )
-from vsa_estimator.tuning.supervisor import REFRESH_PERIOD
+from vsa_estimator.tuning.supervisor import COUNTED_GAP, REFRESH_PERIOD
 
 
 class ForceRateEstimator:
@@ -69,7 +66,7 @@ class ForceRateEstimator:
         if action == TIME_RESET:
             self.reset(ResetReason.TIME_JUMP)
             return self.add(stamp_ns, force, deflection)
-        if self._filter is not None and stamp_ns - self._stamp_ns > GAP * 1e9:
+        if self._filter is not None and stamp_ns - self._stamp_ns > COUNTED_GAP * 1e9:
             self.reset(ResetReason.GAP)
         if self._filter is None:
             self._filter = self._initial_filter(force, deflection)
@@ -169,7 +166,7 @@ class ForceRateEstimator:
         rate_std = self._rate_noise.std(block.stamp_ns, block.samples, self._friction)
         self._innovation_variance = float(kalman.P[R.RATE, R.RATE]) + rate_std**2
         kalman.correct(block.deflection, rate, deflection_std, rate_std)
-        self._nis_mean += (min(kalman.nis, NIS_CAP) - self._nis_mean) / NIS_SAMPLES
+        self._nis_mean += (min(kalman.nis, NIS_CAP) - self._nis_mean) * min(dt / NIS_WINDOW, 1.0)
         if block.stamp_ns - self._refreshed_ns >= REFRESH_PERIOD * 1e9:
             self._refreshed_ns = block.stamp_ns
             self._jerk.refresh()

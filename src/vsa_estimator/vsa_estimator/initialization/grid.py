@@ -10,6 +10,7 @@ from vsa_estimator.initialization.least_squares import Solution, solve
 from vsa_estimator.initialization.posterior import Fit, Prior
 from vsa_estimator.initialization.row_noise import NoisyRows
 from vsa_estimator.initialization.windows import Slices
+from vsa_estimator.tuning.force_law import MIN_D1
 from vsa_estimator.tuning.initialization import (
     COVARIANCE_INFLATION,
     DAMPING_STDS,
@@ -18,7 +19,6 @@ from vsa_estimator.tuning.initialization import (
     GRID_ZOOM_STDS,
     GRID_ZOOM_STEPS,
     MAX_DAMPING,
-    MIN_DAMPING,
     START_DAMPING,
     START_STIFFNESS,
 )
@@ -102,9 +102,9 @@ class HypothesisGrid:
         """Update v* and the rows' covariance by the best hypothesis; `growth` is its exp(k2 dx) at each row."""
         k1, d1, d2, mass = self._solution.coefficients[best, :4]
         sigma = k1 * np.exp(self._ln_k2[best]) * growth if k1 > 0.0 else np.full(growth.size, START_STIFFNESS)
-        self._speed = peak_speed(max(d1, MIN_DAMPING), d2)
+        self._speed = peak_speed(max(d1, MIN_D1), d2)
         d1_std = float(np.sqrt(self._covariances[best, 1, 1]))
-        damping = min(max(d1 + DAMPING_STDS * d1_std, MIN_DAMPING), MAX_DAMPING)
+        damping = min(max(d1 + DAMPING_STDS * d1_std, MIN_D1), MAX_DAMPING)
         self._row_covariance = self._noisy.covariance(sigma, damping, max(mass, 0.0))
 
 

@@ -8,12 +8,9 @@ from vsa_estimator.initialization.posterior import Fit, Prior
 from vsa_estimator.initialization.regression import regress
 from vsa_estimator.initialization.windows import Rows, Slices, smooth
 from vsa_estimator.settings import Initial
-from vsa_estimator.tuning.filter import MIN_STROKE
+from vsa_estimator.tuning.filter import EXCITATION_TIME_CONSTANT, MIN_STROKE
 from vsa_estimator.tuning.initialization import (
-    BUFFER_TIME,
-    HANDOVER_DAMPING_STD,
-    HANDOVER_LN_K2_STD,
-    HANDOVER_LN_STIFFNESS_VARIANCE,
+    HANDOVER_STD,
     LINEARISATION_TIME,
     MAX_LINEARISATION_ERROR,
     MAX_SLICES,
@@ -28,7 +25,8 @@ class Initializer:
     def __init__(self, initial: Initial, rate: float) -> None:
         """`rate` of the filter [Hz]."""
         self._prior = Prior.of(initial)
-        self._buffer = np.zeros((int(BUFFER_TIME * rate), 3))  # time [s], deflection [m], force [N]
+        # Two periods of the slowest excitation: time [s], deflection [m], force [N].
+        self._buffer = np.zeros((int(2.0 * EXCITATION_TIME_CONSTANT * rate), 3))
         self._count = 0  # samples added
         self._slices: Slices[Fit | None] | None = None
         self._due_slices = 0.0
@@ -127,9 +125,9 @@ class Initializer:
         tolerance = MAX_LINEARISATION_ERROR * force_noise_std * max(1.0, self._duration / LINEARISATION_TIME) ** 2
         return bool(
             error < tolerance
-            and fit.ln_k2_std < HANDOVER_LN_K2_STD
-            and fit.covariance[C.S, C.S] < HANDOVER_LN_STIFFNESS_VARIANCE
-            and fit.covariance[C.D1, C.D1] < (HANDOVER_DAMPING_STD * fit.mean[C.D1]) ** 2
+            and fit.ln_k2_std < HANDOVER_STD
+            and fit.covariance[C.S, C.S] < HANDOVER_STD**2
+            and fit.covariance[C.D1, C.D1] < (HANDOVER_STD * fit.mean[C.D1]) ** 2
             and exponent > MIN_STROKE
         )
 

@@ -6,6 +6,7 @@ Coefficients are theta = [k2 q F0 d0 d1 d2 M], SI, where q = k1 exp(k2 reference
 """
 
 import numpy as np
+from vsa_common.damper import peak_speed
 from vsa_common.types import Array
 from vsa_estimator.offline.segments import Segment
 
@@ -70,9 +71,7 @@ def weights_and_slopes(segment: Segment, theta: Array, reference: float) -> tupl
 def _clipped_velocity(segment: Segment, theta: Array) -> tuple[Array, Array]:
     """Velocity clipped at v*, where the damper's force is greatest; one where it is below v*, zero elsewhere.
 
-    Not `force_law.peak_speed`: theta can pass through d2 >= 0 here, and an offline fit needs no upper bound of v*.
+    theta can pass through d2 >= 0, where v* is infinite.
     """
-    if theta[D1] <= 0.0 or theta[D2] >= 0.0:
-        return segment.velocity, np.ones_like(segment.velocity)
-    limit = float(np.sqrt(theta[D1] / (-3.0 * theta[D2])))
+    limit = peak_speed(float(theta[D1]), float(theta[D2]))
     return np.clip(segment.velocity, -limit, limit), (np.abs(segment.velocity) < limit).astype(float)

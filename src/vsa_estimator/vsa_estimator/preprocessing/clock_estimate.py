@@ -15,6 +15,7 @@ from vsa_estimator.preprocessing.lost_samples import elapsed_periods, relock
 from vsa_estimator.preprocessing.records import CLOCK
 from vsa_estimator.tuning.preprocessing import (
     CATCH_UP_HOLD,
+    INTEGER_TOLERANCE,
     IRREGULAR_RECOVERY,
     JITTER_GATE,
     JITTER_WINDOW,
@@ -29,7 +30,6 @@ from vsa_estimator.tuning.preprocessing import (
     MIN_PERIOD_RATIO,
     MISCOUNT_ADVANCE,
     PERIOD_WINDOW,
-    RELOCK_JITTER,
 )
 
 
@@ -107,7 +107,7 @@ def count_relock(clock: Any, delay: float) -> None:
         clock["was_delayed"] = True
     elif clock["was_delayed"] and delay < 0.5 * clock["period_ns"]:
         clock["was_delayed"] = False
-        if clock["catch_up_hold"] == CATCH_UP_HOLD and clock["jitter_ns"] < RELOCK_JITTER * clock["period_ns"]:
+        if clock["catch_up_hold"] == CATCH_UP_HOLD and clock["jitter_ns"] < INTEGER_TOLERANCE * clock["period_ns"]:
             clock["relock_count"] += 1
 
 

@@ -6,20 +6,19 @@ from typing import Any
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_estimator.tuning.preprocessing import (
-    ADVANCE_TOLERANCE,
     CATCH_UP_HOLD,
     CATCH_UP_RATIO,
     HOLD_OFF_EXPONENT,
     INTEGER_TOLERANCE,
-    LOSS_JITTER_GATE,
+    JITTER_GATE,
     LOSS_RATE_WINDOW,
     LOSS_RUN,
     MAX_DELAY_NS,
     MAX_DELAYED_NS,
+    MAX_JITTER,
+    MAX_LOOP_WINDOW,
     MIN_DELAY_GROWTH,
-    MIN_DELAY_RUN,
     OFF_GRID_LOSS_RUN,
-    OFF_GRID_WINDOW,
 )
 
 
@@ -32,7 +31,7 @@ def elapsed_periods(clock: Any, stamp_ns: int, step: float) -> float:
     period = clock["period_ns"]
     gap = (stamp_ns - clock["instant_ns"]) / period
     whole = np.rint(gap)
-    tolerance = min(INTEGER_TOLERANCE, LOSS_JITTER_GATE * clock["jitter_ns"] / period)
+    tolerance = min(INTEGER_TOLERANCE, JITTER_GATE * clock["jitter_ns"] / period)
     if step < CATCH_UP_RATIO * period:
         clock["catch_up_hold"] = CATCH_UP_HOLD
     elif clock["catch_up_hold"] > 0:
@@ -40,11 +39,11 @@ def elapsed_periods(clock: Any, stamp_ns: int, step: float) -> float:
     elif step > 1.5 * period and abs(gap - whole) < tolerance:
         relock(clock)
         return float(whole)
-    passed = min(np.floor(gap + ADVANCE_TOLERANCE), 1.0)  # zero or less where earlier periods were miscounted
+    passed = min(np.floor(gap + MAX_JITTER), 1.0)  # zero or less where earlier periods were miscounted
     delay = gap - passed
     lag = np.rint(delay)
     on_grid = abs(delay - lag) < INTEGER_TOLERANCE and (lag == 0.0 or lag == clock["lag"])
-    clock["off_grid_share"] += ((0.0 if on_grid else 1.0) - clock["off_grid_share"]) / OFF_GRID_WINDOW
+    clock["off_grid_share"] += ((0.0 if on_grid else 1.0) - clock["off_grid_share"]) / MAX_LOOP_WINDOW
     if delay < 0.5:
         if clock["delayed_run"] > 0 or passed < 1.0:
             clock["loss_rate"] -= clock["loss_rate"] / LOSS_RATE_WINDOW
@@ -67,7 +66,7 @@ def lost_samples(clock: Any, delay: float, step: float) -> float:
         lost = clock["lag"]
     elif step > CATCH_UP_RATIO * period and (
         clock["delayed_run"] * period > MAX_DELAYED_NS * hold_off
-        or (clock["delayed_run"] > MIN_DELAY_RUN and clock["min_delay"] * period > MAX_DELAY_NS * hold_off)
+        or (clock["delayed_run"] > LOSS_RUN and clock["min_delay"] * period > MAX_DELAY_NS * hold_off)
     ):
         lost = np.rint(clock["min_delay"])
     if lost > 0.0:

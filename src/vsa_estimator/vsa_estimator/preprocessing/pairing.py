@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.tuning.preprocessing import PAIRING_CAPACITY, PAIRING_RESET_NS, PAIRING_RESET_WINDOWS
+from vsa_estimator.tuning.preprocessing import MAX_LATENESS_NS, PAIRING_CAPACITY, PAIRING_RESET_WINDOWS
 
 FORCE, ENCODER = range(2)
 
@@ -91,7 +91,7 @@ class Pairing:
     def _check_time_reset(self, stamp_ns: int) -> None:
         """Drop later messages when a stamp is too far behind for a reordered message: the clock was set back."""
         newest_ns = max(self._newest_force_ns, self._newest_encoder_ns)
-        if stamp_ns < newest_ns - max(PAIRING_RESET_WINDOWS * self._window_ns, PAIRING_RESET_NS):
+        if stamp_ns < newest_ns - max(PAIRING_RESET_WINDOWS * self._window_ns, MAX_LATENESS_NS):
             self._newest_force_ns = self._newest_encoder_ns = stamp_ns
             for queue in (self._forces, self._encoders):
                 self._drop(queue, stamp_ns + 1, newest_ns + 1)

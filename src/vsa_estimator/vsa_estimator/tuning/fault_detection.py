@@ -23,7 +23,7 @@ MOVING_SPEED = _constant("MOVING_SPEED", 0.25e-3, "m/s", 5e-5, 1e-3,
 STICTION_RATIO = _constant("STICTION_RATIO", 1.3, "1", 0.5, 3.0,
     "breakaway force over Coulomb friction, subtracted from residuals at rest", "ablation")  # fmt: skip
 MIN_COVERAGE = _constant("MIN_COVERAGE", 0.5, "1", 0.1, 1.0,
-    "share of a window's forces that must be usable: the mean of a few is velocity noise", "ablation")  # fmt: skip
+    "share of a window's forces that must be usable, and of its rows that move for the isolation of a shift", "ablation")  # fmt: skip
 MIN_ROWS = _constant("MIN_ROWS", 5, "samples", 5, 20,
     "rows of the second difference over the baseline", "derivation: 2 half baselines and one centre row")  # fmt: skip
 
@@ -35,28 +35,24 @@ INITIAL_SCALE = _constant("INITIAL_SCALE", (0.3, 0.15, 0.1), "N", 0.02, 2.0,
     "prior of the usual mean residual of each window", "ablation")  # fmt: skip
 PRIOR_WEIGHT = _constant("PRIOR_WEIGHT", 15, "evaluations", 2, 100,
     "weight of the prior of the residual scale", "ablation")  # fmt: skip
-SCALE_MEMORY = _constant("SCALE_MEMORY", 400, "evaluations", 50, 4000,
-    "memory of the residual scale: 20 s of evaluations", "ablation")  # fmt: skip
 SCALE_CAP = _constant("SCALE_CAP", 4.0, "1", 1.5, 16.0,
     "cap of a squared mean in the residual scale, in units of the scale", "ablation")  # fmt: skip
 MIN_SCALE = _constant("MIN_SCALE", 0.01, "N", 0.001, 0.1,
-    "least residual scale: below it the force sensor's own steps decide", "ablation")  # fmt: skip
+    "least residual scale: below it the force sensor's own steps decide", "derivation: mean of three forces with the noise of section VI, 0.017 N")  # fmt: skip
 INSENSITIVE_RATIO = _constant("INSENSITIVE_RATIO", 3.0, "1", 1.0, 10.0,
-    "standard deviation of the model force over the residual scale, above which the check is insensitive", "ablation")  # fmt: skip
+    "standard deviation of the model force over the residual scale, above which the check is insensitive", "derivation: there THRESHOLD is 1.8 standard deviations of the model force")  # fmt: skip
 MAX_SCALE = _constant("MAX_SCALE", 0.4, "N", 0.1, 2.0,
     "residual scale above which the check is insensitive", "ablation")  # fmt: skip
 EXTRAPOLATION_MARGIN = _constant("EXTRAPOLATION_MARGIN", 0.05, "1", 0.01, 0.5,
     "travel beyond the checkpoint's, in 1 / k2, up to which its elastic law holds", "ablation")  # fmt: skip
 
 ISOLATION_TIME = _constant("ISOLATION_TIME", 2.5, "s", 0.5, 10.0,
-    "time of inconsistency before a sensor shift is isolated", "ablation")  # fmt: skip
-MIN_MOVING_SHARE = _constant("MIN_MOVING_SHARE", 0.5, "1", 0.1, 1.0,
-    "share of moving rows for the isolation of a shift", "ablation")  # fmt: skip
+    "time of inconsistency before a sensor shift is isolated", "test_a_force_offset_that_stays_is_taken_over_and_the_stiffness_kept")  # fmt: skip
 LIKELIHOOD_MARGIN = _constant("LIKELIHOOD_MARGIN", 2.5, "1", 1.2, 10.0,
     "ratio of the remaining ripple between the hypotheses of a force and of an encoder shift", "ablation")  # fmt: skip
 
 CHECKPOINT_PERIOD = _constant("CHECKPOINT_PERIOD", 4.0, "s", 1.0, 20.0,
-    "interval of checkpoints: a fault is compared with coefficients 4 to 8 s old", "ablation")  # fmt: skip
+    "interval of checkpoints: a fault is compared with coefficients 4 to 8 s old", "test_a_drifting_force_is_detected_before_the_stiffness_is_wrong")  # fmt: skip
 MIN_TRACKING_TIME = _constant("MIN_TRACKING_TIME", 7.0, "s", 2.0, 30.0,
     "consistent tracking before a checkpoint outweighs the present sensors", "ablation")  # fmt: skip
 FAULT_TIMEOUT = _constant("FAULT_TIMEOUT", 6.0, "s", 2.0, 30.0,
@@ -64,15 +60,15 @@ FAULT_TIMEOUT = _constant("FAULT_TIMEOUT", 6.0, "s", 2.0, 30.0,
 
 # Isolation of an encoder step among rejected deflections.
 ONSET_GROWTH = _constant("ONSET_GROWTH", 1.2, "1", 1.05, 2.4,
-    "growth between successive offsets, three in a row, that shows an onset of motion", "ablation")  # fmt: skip
+    "growth between successive offsets, three in a row, that shows an onset of motion", "docs/decisions/0003-onset-of-motion.md, test_growing_offsets_are_an_onset_of_motion")  # fmt: skip
 REPEAT_SHARE = _constant("REPEAT_SHARE", 0.5, "1", 0.2, 1.0,
     "share of the rejected offset above which a deflection repeats it", "ablation")  # fmt: skip
 MIN_COUNT = _constant("MIN_COUNT", 6, "samples", 3, 20,
-    "rejected offsets that confirm a step: a noisy or stuck encoder gives fewer alike", "ablation")  # fmt: skip
+    "rejected offsets that confirm a step: a noisy or stuck encoder gives fewer alike", "docs/decisions/0008-encoder-step.md, test_six_offsets_alike_confirm_a_step")  # fmt: skip
 MAX_SCATTER = _constant("MAX_SCATTER", 0.25, "1", 0.05, 1.0,
-    "standard deviation of the offsets over the step", "ablation")  # fmt: skip
+    "standard deviation of the offsets over the step", "test_offsets_that_scatter_by_a_quarter_of_the_step_are_not_confirmed")  # fmt: skip
 FORCE_SUPPORT_SHARE = _constant("FORCE_SUPPORT_SHARE", 0.5, "1", 0.1, 1.0,
-    "share of the elastic force of a motion below which the force supports the expected position", "ablation")  # fmt: skip
+    "share of the elastic force of a motion below which the force supports the expected position", "test_the_force_supports_the_expected_position_unless_it_has_changed_by_half_of_the_elastic_force")  # fmt: skip
 
 FAULT_HOLD_TIME = _constant("FAULT_HOLD_TIME", 0.5, "s", 0.1, 5.0,
     "an active fault is reported for this long after its last detection", "reporting: two periods of a viewer at 4 Hz")  # fmt: skip

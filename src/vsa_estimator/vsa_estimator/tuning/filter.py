@@ -55,7 +55,7 @@ INITIAL_JERK_DENSITY = _constant(
 MIN_JERK_DENSITY = _constant(
     "MIN_JERK_DENSITY", 3e-7, "m^2/s^5", 1e-8, 1e-5,
     "jerk density floor with negligible inertial force: lower values understate the variance of mass and stiffness",
-    "ablation",
+    "docs/decisions/0004-jerk-density.md",
 )  # fmt: skip
 MIN_JERK_DENSITY_WITH_INERTIA = _constant(
     "MIN_JERK_DENSITY_WITH_INERTIA", 3e-6, "m^2/s^5", 1e-7, 1e-4,
@@ -89,7 +89,13 @@ NOISE_OUTLIER_RATIO = _constant(
     "squared differences are capped at this multiple of their mean; CAPPED_MEAN follows from it", "2 sigma Huber cap",
 )  # fmt: skip
 NOISE_RANGE = _constant(
-    "NOISE_RANGE", 4.0, "1", 2.0, 8.0, "estimated noise stays within this factor of the configured noise", "ablation"
+    "NOISE_RANGE",
+    4.0,
+    "1",
+    2.0,
+    8.0,
+    "estimated noise stays within this factor of the configured noise",
+    "test_the_estimate_stays_within_a_quarter_and_four_times_of_the_configured_noise",
 )
 MIN_NOISE_SAMPLES = _constant(
     "MIN_NOISE_SAMPLES", 50, "1", 25, 200,
@@ -138,7 +144,7 @@ MAX_INFORMATION_GAIN = _constant(
 # Excitation
 EXCITATION_TIME_CONSTANT = _constant(
     "EXCITATION_TIME_CONSTANT", 20.0, "s", 5.0, 80.0,
-    "time constant of the travel and of the moments: one period of the slowest excitation", "0.05 Hz",
+    "time constant of the travel and of the moments: one period of the slowest excitation; a regression holds two", "0.05 Hz",
 )  # fmt: skip
 STATIONARY_SPEED = _constant(
     "STATIONARY_SPEED", 0.1e-3, "m/s", 0.02e-3, 0.5e-3, "speed below which the transmission is stationary", "ablation"
@@ -165,7 +171,7 @@ MIN_VELOCITY_SHARE = _constant(
 )  # fmt: skip
 MASS_STIFFNESS_AMBIGUITY = _constant(
     "MASS_STIFFNESS_AMBIGUITY", 1.5, "1", 0.5, 3.0,
-    "standard deviations of the mass that count as ambiguous with the stiffness in a motion of one tone", "ablation",
+    "standard deviations of the mass that count as ambiguous with the stiffness in a motion of one tone", "test_a_heavy_mass_on_one_slow_tone_has_a_consistent_interval_and_an_invalid_inertia",
 )  # fmt: skip
 PEAK_FRACTION = _constant(
     "PEAK_FRACTION", 0.9, "1", 0.45, 1.0, "share of v* from which a speed counts as near the peak", "ablation"
@@ -199,5 +205,5 @@ MAHALANOBIS_LIMIT = _constant(
 )  # fmt: skip
 MAX_CROSS_CHECK_INERTIA = _constant(
     "MAX_CROSS_CHECK_INERTIA", 2.0, "1", 0.5, 4.0,
-    "inertial force relative to the force noise above which the regression is biased by the mass", "ablation",
+    "inertial force relative to the force noise above which the regression is biased by the mass", "docs/decisions/0002-hand-over-and-cross-check.md",
 )  # fmt: skip

@@ -13,29 +13,31 @@ COULOMB_SPEED = _constant(
 )  # fmt: skip
 UNBOUNDED_SPEED = _constant(
     "UNBOUNDED_SPEED", 1.0, "m/s", 0.1, 10.0,
-    "peak speed v* of a damper without a significant cubic term", "above every speed of a transmission",
-)  # fmt: skip
-MIN_CUBIC_DAMPING = _constant(
-    "MIN_CUBIC_DAMPING", 1e5, "N s^3/m^3", 1e3, 1e6,
-    "-d2 below which the damper counts as linear and v* as unbounded", "v* above 0.1 m/s for d1 of 4000 N s/m",
+    "upper limit of the peak speed v*, which is infinite for a damper without a cubic term", "above every speed of a transmission",
 )  # fmt: skip
 MAX_RELATIVE_SPEED_STD = _constant(
     "MAX_RELATIVE_SPEED_STD", 0.2, "1", 0.05, 1.0,
     "speed standard deviation relative to v* above which the damper is not linearised statistically", "ablation",
 )  # fmt: skip
 MIN_LN_STIFFNESS = _constant(
-    "MIN_LN_STIFFNESS", -20.0, "1", -50.0, -5.0, "lower limit of ln sigma, sigma in N/m", "avoids underflow"
+    "MIN_LN_STIFFNESS",
+    -20.0,
+    "1",
+    -50.0,
+    -5.0,
+    "lower limit of ln sigma, sigma in N/m, and of k2 dx",
+    "avoids underflow",
 )
 MAX_LN_STIFFNESS = _constant(
-    "MAX_LN_STIFFNESS", 25.0, "1", 12.0, 100.0, "upper limit of ln sigma, sigma in N/m", "avoids overflow"
+    "MAX_LN_STIFFNESS", 25.0, "1", 12.0, 100.0, "upper limit of ln sigma, sigma in N/m, and of k2 dx", "avoids overflow"
 )
-MIN_LN_GROWTH = _constant(
-    "MIN_LN_GROWTH", -30.0, "1", -100.0, -10.0,
-    "lower limit of k2 dx in the regressor of the initialization", "avoids underflow",
-)  # fmt: skip
-MAX_LN_GROWTH = _constant(
-    "MAX_LN_GROWTH", 12.0, "1", 5.0, 50.0,
-    "upper limit of k2 dx in the regressor of the initialization", "avoids overflow",
-)  # fmt: skip
 MIN_K2 = _constant("MIN_K2", 20.0, "1/m", 1.0, 100.0, "lower bound of k2 in the filter", "a spring stiffens")
-MIN_D1 = _constant("MIN_D1", 50.0, "N s/m", 1.0, 500.0, "lower bound of d1 in the filter", "a damper dissipates")
+MIN_D1 = _constant(
+    "MIN_D1",
+    50.0,
+    "N s/m",
+    1.0,
+    500.0,
+    "lower bound of d1 in the filter and in v* of a regression",
+    "a damper dissipates",
+)

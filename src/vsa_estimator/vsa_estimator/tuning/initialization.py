@@ -22,7 +22,7 @@ WINDOW_TIME_RATIO = _constant(
 )
 MAX_RESIDUAL_RATIO = _constant(
     "MAX_RESIDUAL_RATIO", 3.0, "1", 1.5, 6.0,
-    "residual variance over noise variance above which a cubic does not fit a window", "ablation",
+    "residual variance over noise variance above which a cubic does not fit a window", "docs/decisions/0002-hand-over-and-cross-check.md, test_fast_steps_with_creep_between_them_do_not_bias_the_regression",
 )  # fmt: skip
 WINDOWS_PER_SLICE = _constant(
     "WINDOWS_PER_SLICE", 40, "1", 20, 80, "bounds the processing time of one slice of smoothing", "ablation"
@@ -76,7 +76,6 @@ START_STIFFNESS = _constant(
 START_DAMPING = _constant(
     "START_DAMPING", 4e3, "N s/m", 2e3, 8e3, "slope by which noise enters a row before the first pass", "ablation"
 )
-MIN_DAMPING = _constant("MIN_DAMPING", 300.0, "N s/m", 150.0, 600.0, "lower bound of the damping in v*", "ablation")
 MAX_DAMPING = _constant(
     "MAX_DAMPING", 2e4, "N s/m", 1e4, 4e4, "upper bound of the damping in the rows' covariance", "ablation"
 )
@@ -106,21 +105,14 @@ MAX_STEP_STDS = _constant(
 INCONSISTENCY_DECAY = _constant(
     "INCONSISTENCY_DECAY", 0.7, "1", 0.35, 1.0, "share of a step inconsistency that remains one fit later", "ablation"
 )
-BUFFER_TIME = _constant("BUFFER_TIME", 40.0, "s", 20.0, 80.0, "moving data that the buffer holds", "ablation")
 MIN_SAMPLES = _constant("MIN_SAMPLES", 40, "1", 20, 80, "samples before the first regression", "ablation")
 SLICE_RATE = _constant(
     "SLICE_RATE", 300.0, "1/s", 150.0, 600.0, "a regression ends before the next refresh, at an even load", "ablation"
 )
 MAX_SLICES = _constant("MAX_SLICES", 10.0, "1", 5.0, 20.0, "bounds the processing time of one call", "ablation")
-HANDOVER_DAMPING_STD = _constant(
-    "HANDOVER_DAMPING_STD", 0.1, "1", 0.05, 0.2,
-    "relative standard deviation of d1; one sweep of the stroke does not separate damper and spring", "ablation",
-)  # fmt: skip
-HANDOVER_LN_K2_STD = _constant(
-    "HANDOVER_LN_K2_STD", 0.1, "1", 0.05, 0.2, "relative standard deviation of k2 at hand-over", "ablation"
-)
-HANDOVER_LN_STIFFNESS_VARIANCE = _constant(
-    "HANDOVER_LN_STIFFNESS_VARIANCE", 0.01, "1", 0.005, 0.02, "relative variance of the stiffness at hand-over",
+HANDOVER_STD = _constant(
+    "HANDOVER_STD", 0.1, "1", 0.05, 0.2,
+    "relative standard deviation of stiffness, k2 and d1; one sweep of the stroke does not separate damper and spring",
     "ablation",
 )  # fmt: skip
 MAX_LINEARISATION_ERROR = _constant(
@@ -140,6 +132,6 @@ MIN_K2_RELATIVE_STD = _constant("MIN_K2_RELATIVE_STD", 1e-3, "1", 1e-4, 1e-2,
 MIN_D1_STD = _constant("MIN_D1_STD", 1.0, "N s/m", 0.1, 10.0, "floor of d1", "ablation")  # fmt: skip
 MIN_D2_STD = _constant("MIN_D2_STD", 1e5, "N s^3/m^3", 1e4, 1e6, "floor of d2", "ablation")  # fmt: skip
 FIRST_CROSS_CHECK_NS = _constant("FIRST_CROSS_CHECK_NS", 8_000_000_000, "ns", 1_000_000_000, 60_000_000_000,
-    "first cross-check of the filter by a regression after hand-over", "ablation")  # fmt: skip
+    "first cross-check of the filter by a regression after hand-over", "test_cross_checks_are_8_16_32_and_64_seconds_apart_and_not_rarer")  # fmt: skip
 MAX_CROSS_CHECK_NS = _constant("MAX_CROSS_CHECK_NS", 64_000_000_000, "ns", 8_000_000_000, 600_000_000_000,
-    "longest interval of cross-checks; it doubles from the first on", "ablation")  # fmt: skip
+    "longest interval of cross-checks; it doubles from the first on", "test_cross_checks_are_8_16_32_and_64_seconds_apart_and_not_rarer")  # fmt: skip

@@ -50,13 +50,13 @@ REVERSAL_SHARE = _constant(
     "the same as a share of the recording's high speeds; the lesser counts",
     "interval test",
 )
-REVERSAL_NOISE_STDS = _constant(
-    "REVERSAL_NOISE_STDS",
+NOISE_STDS = _constant(
+    "NOISE_STDS",
     3.0,
     "1",
     1.5,
     6.0,
-    "below this many standard deviations of noise the sign of a speed is unknown",
+    "standard deviations of noise up to which a speed has no sign, and above which a residual is capped (M-estimation)",
     "derivation: 3 sigma",
 )
 WINDOW_SHARE = _constant(
@@ -87,15 +87,6 @@ EVEN_TOLERANCE = _constant(
     2e-2,
     "steps that differ by a smaller share share one set of weights",
     "derivation: the weights differ by less than the noise",
-)
-NOISE_CAP_VARIANCES = _constant(
-    "NOISE_CAP_VARIANCES",
-    9.0,
-    "1",
-    4.5,
-    18.0,
-    "squared residual, in variances, above which a residual is capped (M-estimation)",
-    "derivation: 3 sigma",
 )
 
 # Identification

@@ -22,7 +22,7 @@ MAX_K2_STD = _constant("MAX_K2_STD", 0.05, "1", 0.01, 0.5, "k2", "requirement") 
 MAX_D2_STD = _constant("MAX_D2_STD", 0.25, "1", 0.05, 1.0, "d2", "requirement")  # fmt: skip
 MAX_INERTIA_STD = _constant("MAX_INERTIA_STD", 0.2, "1", 0.05, 1.0, "inertia", "requirement")  # fmt: skip
 MIN_INERTIAL_FORCE = _constant("MIN_INERTIAL_FORCE", 3.0, "1", 1.0, 10.0,
-    "inertial force over force noise of a valid inertia", "ablation")  # fmt: skip
+    "inertial force over force noise of a valid inertia", "test_inertia_of_a_light_mass_at_slow_speed_is_never_valid_and_the_needed_motion_is_named")  # fmt: skip
 MAX_FORCE_OFFSET_STD = _constant("MAX_FORCE_OFFSET_STD", 1.0, "N", 0.1, 10.0, "F0", "requirement")  # fmt: skip
 MAX_FRICTION_STD = _constant("MAX_FRICTION_STD", 0.2, "N", 0.02, 2.0, "d0", "requirement")  # fmt: skip
 

@@ -9,29 +9,27 @@ _constant = partial(constant, module=__name__)
 
 # Input validation
 IMPLAUSIBLE_RATIO = _constant("IMPLAUSIBLE_RATIO", 10.0, "1", 2.0, 100.0,
-    "Multiple of a sensor's limit from which on a magnitude is no measurement", "ablation")  # fmt: skip
+    "Multiple of a sensor's limit from which on a magnitude is no measurement", "test_samples_without_a_stamp_or_with_an_implausible_magnitude_are_dropped")  # fmt: skip
 MAX_LATENESS_NS = _constant("MAX_LATENESS_NS", 1_000_000_000, "ns", 100_000_000, 10_000_000_000,
-    "A stamp further back than this is a time reset, not a late sample", "ablation")  # fmt: skip
+    "A stamp further back than this is a time reset, not a late sample or message", "test_a_stamp_far_back_is_a_time_reset_and_its_sample_is_accepted_then")  # fmt: skip
 MAX_LATE_RUN = _constant("MAX_LATE_RUN", 50, "samples", 5, 500,
-    "As many late samples in a row are a time reset", "ablation")  # fmt: skip
+    "As many late samples in a row are a time reset", "test_fifty_late_samples_in_a_row_are_a_time_reset")  # fmt: skip
 
 # Approximate time synchronisation of force and encoder
 PAIRING_CAPACITY = _constant("PAIRING_CAPACITY", 2000, "messages", 100, 100_000,
-    "Bounds each queue of unpaired messages while the other stream is down", "ablation")  # fmt: skip
+    "Bounds each queue of unpaired messages while the other stream is down", "test_queues_are_bounded_when_one_stream_is_down")  # fmt: skip
 PAIRING_RESET_WINDOWS = _constant("PAIRING_RESET_WINDOWS", 100, "reorder windows", 10, 1000,
-    "A stamp further back than this is a time reset, not a reordered message", "ablation")  # fmt: skip
-PAIRING_RESET_NS = _constant("PAIRING_RESET_NS", 1_000_000_000, "ns", 100_000_000, 10_000_000_000,
-    "Least distance of a time reset where the reorder window is short", "ablation")  # fmt: skip
+    "The same where a long reorder window permits more", "test_a_long_delay_of_one_stream_loses_no_message")  # fmt: skip
 
 # Estimate of the sensor's sample clock
 PERIOD_WINDOW = _constant("PERIOD_WINDOW", 32, "intervals", 8, 128,
     "The median of as many intervals initializes the period", "ablation")  # fmt: skip
 MAX_JITTER = _constant("MAX_JITTER", 0.3, "periods", 0.05, 1.0,
-    "Greatest deviation of an interval that counts as regular", "ablation")  # fmt: skip
+    "Greatest deviation of an interval that counts as regular, and of a sample before its period", "ablation")  # fmt: skip
 MIN_JITTER = _constant("MIN_JITTER", 1e-3, "periods", 1e-4, 1e-2,
-    "Keeps the regularity gate open where stamps are exact", "ablation")  # fmt: skip
+    "Keeps the regularity gate open where stamps are exact", "test_true_stamps_are_unchanged_even_or_uneven_with_or_without_losses")  # fmt: skip
 JITTER_GATE = _constant("JITTER_GATE", 4.0, "mean deviations", 2.0, 8.0,
-    "Gate of the deviation of an interval that counts as regular", "ablation")  # fmt: skip
+    "Gate of the deviation of an interval that counts as regular, and of the lag that agrees with lost samples", "ablation")  # fmt: skip
 JITTER_WINDOW = _constant("JITTER_WINDOW", 500.0, "intervals", 50.0, 5000.0,
     "Averages the jitter over several delays of a busy host", "ablation")  # fmt: skip
 MAX_INTERVAL_NS = _constant("MAX_INTERVAL_NS", 250e6, "ns", 50e6, 2e9,
@@ -43,7 +41,7 @@ IRREGULAR_RECOVERY = _constant("IRREGULAR_RECOVERY", 0.5, "samples", 0.1, 1.0,
 MIN_LOOP_WINDOW = _constant("MIN_LOOP_WINDOW", 16.0, "samples", 4.0, 64.0,
     "Acquisition: the phase-locked loop corrects period and phase after few samples", "ablation")  # fmt: skip
 MAX_LOOP_WINDOW = _constant("MAX_LOOP_WINDOW", 256.0, "samples", 64.0, 1024.0,
-    "In lock: a minimum delay of many samples is nearly free of delay", "ablation")  # fmt: skip
+    "In lock: a minimum delay of many samples is nearly free of delay; time constant of the share off the grid", "ablation")  # fmt: skip
 LOCKED_DRIFT = _constant("LOCKED_DRIFT", 0.2, "periods", 0.05, 0.5,
     "Drift over half a window below which the loop is in lock and its window doubles", "ablation")  # fmt: skip
 LOCKED_GAIN = _constant("LOCKED_GAIN", 0.5, "1", 0.1, 1.0,
@@ -52,28 +50,18 @@ MIN_PERIOD_RATIO = _constant("MIN_PERIOD_RATIO", 0.5, "1", 0.1, 1.0,
     "Bounds the correction of the period in one window", "ablation")  # fmt: skip
 MISCOUNT_ADVANCE = _constant("MISCOUNT_ADVANCE", 0.1, "periods", 0.02, 0.5,
     "A sample earlier than this results from a miscounted loss, not from a wrong period", "ablation")  # fmt: skip
-RELOCK_JITTER = _constant("RELOCK_JITTER", 0.15, "periods", 0.05, 0.3,
-    "Greatest jitter at which the return from a delay counts as a re-lock", "ablation")  # fmt: skip
 
 # Lost samples
 CATCH_UP_RATIO = _constant("CATCH_UP_RATIO", 0.5, "periods", 0.1, 1.0,
     "A shorter interval shows that delayed samples catch up", "ablation")  # fmt: skip
 CATCH_UP_HOLD = _constant("CATCH_UP_HOLD", 1000, "samples", 100, 10_000,
-    "After a catch-up a long interval is a delay, not a loss, for this hold-off", "ablation")  # fmt: skip
+    "After a catch-up a long interval is a delay, not a loss, for this hold-off", "test_sample_clock_is_estimated_from_a_sender_that_catches_up_slowly")  # fmt: skip
 INTEGER_TOLERANCE = _constant("INTEGER_TOLERANCE", 0.15, "periods", 0.05, 0.4,
-    "A lag this close to a whole number of periods agrees with lost samples", "ablation")  # fmt: skip
-LOSS_JITTER_GATE = _constant("LOSS_JITTER_GATE", 4.0, "mean deviations", 2.0, 8.0,
-    "The same tolerance where the stamps have little jitter", "ablation")  # fmt: skip
-ADVANCE_TOLERANCE = _constant("ADVANCE_TOLERANCE", 0.3, "periods", 0.1, 0.6,
-    "A sample may precede its period by this much before the count is corrected", "ablation")  # fmt: skip
+    "A lag this close to whole periods agrees with lost samples; greatest jitter at which a return from a delay is a re-lock", "ablation")  # fmt: skip
 LOSS_RUN = _constant("LOSS_RUN", 2.0, "samples", 1.0, 10.0,
-    "As many samples with the same whole lag prove a loss where the stamps are on the grid", "ablation")  # fmt: skip
+    "As many samples with the same whole lag prove a loss where the stamps are on the grid; fewer are a delay", "ablation")  # fmt: skip
 OFF_GRID_LOSS_RUN = _constant("OFF_GRID_LOSS_RUN", 14.0, "samples", 4.0, 60.0,
     "Additional run where all stamps are off the grid of whole periods", "ablation")  # fmt: skip
-OFF_GRID_WINDOW = _constant("OFF_GRID_WINDOW", 256.0, "samples", 64.0, 1024.0,
-    "Time constant of the share of samples off the grid", "ablation")  # fmt: skip
-MIN_DELAY_RUN = _constant("MIN_DELAY_RUN", 2.0, "samples", 1.0, 10.0,
-    "Delayed samples in a row before a long delay is a loss", "ablation")  # fmt: skip
 MAX_DELAYED_NS = _constant("MAX_DELAYED_NS", 200e6, "ns", 50e6, 1e9,
     "Samples delayed for longer have been lost: a busy host catches up sooner", "ablation")  # fmt: skip
 MAX_DELAY_NS = _constant("MAX_DELAY_NS", 40e6, "ns", 10e6, 200e6,
@@ -89,17 +77,17 @@ HOLD_OFF_EXPONENT = _constant("HOLD_OFF_EXPONENT", 6, "1", 2, 12,
 TRACKER_TIME = _constant("TRACKER_TIME", 0.03, "s", 0.01, 0.1,
     "Time constant of the alpha-beta trackers: shorter than the motion, longer than the jitter", "ablation")  # fmt: skip
 TRACKER_GAP = _constant("TRACKER_GAP", 5.0, "time constants", 2.0, 20.0,
-    "After a longer interval the velocity of the tracker is void", "ablation")  # fmt: skip
+    "After a longer interval the velocity of the tracker is void", "test_a_change_of_the_sample_rate_is_not_a_delay")  # fmt: skip
 TRACKER_MIN_STEP = _constant("TRACKER_MIN_STEP", 1e-4, "s", 1e-5, 1e-3,
-    "Bounds the velocity gain for samples that arrive together", "ablation")  # fmt: skip
+    "Bounds the velocity gain for samples that arrive together", "test_instants_are_strictly_increasing_and_never_after_their_stamps")  # fmt: skip
 LLR_CAP = _constant("LLR_CAP", 10.0, "standard deviations", 3.0, 30.0,
-    "Bounds the log-likelihood ratio of one sample against outliers", "ablation")  # fmt: skip
+    "Bounds the log-likelihood ratio of one sample against outliers", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
 LLR_CAP_SAMPLES = _constant("LLR_CAP_SAMPLES", 10.0, "samples", 3.0, 30.0,
-    "The standard deviation behind the cap is estimated from at least as many samples", "ablation")  # fmt: skip
+    "The standard deviation behind the cap is estimated from at least as many samples", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
 LLR_DECAY = _constant("LLR_DECAY", 5e-4, "1 per sample", 1e-4, 1e-2,
-    "Exponential fading of the evidence: the load of the host varies", "ablation")  # fmt: skip
+    "Exponential fading of the evidence: the load of the host varies", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
 DECISION_GATE = _constant("DECISION_GATE", 4.0, "standard deviations", 2.0, 8.0,
-    "Evidence at which the sequential test decides for clock or stamp", "ablation")  # fmt: skip
+    "Evidence at which the sequential test decides for clock or stamp", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
 MIN_RELOCKS = _constant("MIN_RELOCKS", 2, "1", 1, 10,
     "Re-locks that select the clock while the motion gives no evidence", "ablation")  # fmt: skip
 
@@ -111,7 +99,7 @@ STUCK_ENCODER_TIME = _constant("STUCK_ENCODER_TIME", 0.5, "s", 0.1, 2.0,
 CONSTANT_ENCODER_TIME = _constant("CONSTANT_ENCODER_TIME", 0.15, "s", 0.05, 0.5,
     "An encoder constant for this long is stationary or stuck", "ablation")  # fmt: skip
 STUCK_FORCE_NOISE = _constant("STUCK_FORCE_NOISE", 40.0, "standard deviations", 10.0, 160.0,
-    "Change of force beyond sensor noise that proves a constant encoder stuck", "ablation")  # fmt: skip
+    "Change of force beyond sensor noise that proves a constant encoder stuck", "test_a_constant_encoder_during_a_change_of_force_is_stuck_and_a_fault")  # fmt: skip
 STUCK_FORCE_FRICTION = _constant("STUCK_FORCE_FRICTION", 2.0, "1", 1.0, 4.0,
     "The same beyond friction", "a reversal at rest changes the force by twice the Coulomb friction")  # fmt: skip
 FRICTION_BOUND = _constant("FRICTION_BOUND", 2.0, "standard deviations", 1.0, 4.0,
@@ -121,15 +109,15 @@ STUCK_DEFLECTION_NOISE = _constant("STUCK_DEFLECTION_NOISE", 20.0, "standard dev
 STUCK_DEFLECTION_STEPS = _constant("STUCK_DEFLECTION_STEPS", 5.0, "encoder steps", 2.0, 20.0,
     "The same beyond quantisation", "ablation")  # fmt: skip
 FROZEN_TIME = _constant("FROZEN_TIME", 0.03, "s", 0.01, 0.1,
-    "Least duration of a run of equal counts that is a stuck encoder", "ablation")  # fmt: skip
+    "Least duration of a run of equal counts that is a stuck encoder", "test_an_encoder_whose_dither_ceases_is_frozen")  # fmt: skip
 RUN_LENGTH_LOG_ODDS = _constant("RUN_LENGTH_LOG_ODDS", 25.0, "1", 10.0, 60.0,
     "Negative log-probability of a run of equal counts that is a stuck encoder", "ablation")  # fmt: skip
 REVERSAL_SHARE = _constant("REVERSAL_SHARE", 0.1, "1", 0.02, 0.5,
-    "Share of reversals from which on the last digit of the encoder dithers", "ablation")  # fmt: skip
+    "Share of reversals from which on the last digit of the encoder dithers", "test_an_encoder_whose_dither_ceases_is_frozen")  # fmt: skip
 RUN_LENGTH_WINDOW = _constant("RUN_LENGTH_WINDOW", 500.0, "samples", 100.0, 5000.0,
     "Time constant of the shares of repetitions and reversals", "ablation")  # fmt: skip
 MAX_REPEAT_SHARE = _constant("MAX_REPEAT_SHARE", 0.999, "1", 0.9, 1.0,
-    "Bounds the share of repetitions: a long stationary run must not disable the test", "ablation")  # fmt: skip
+    "Bounds the share of repetitions: a long stationary run must not disable the test", "test_an_encoder_whose_dither_ceases_is_frozen")  # fmt: skip
 
 # Variance-ratio test
 VARIANCE_WINDOW = _constant("VARIANCE_WINDOW", 20.0, "samples", 5.0, 100.0,
@@ -139,13 +127,13 @@ VARIANCE_GATE = _constant("VARIANCE_GATE", 9.0, "1", 4.0, 25.0,
 EXCEEDANCE_SHARE = _constant("EXCEEDANCE_SHARE", 0.35, "1", 0.1, 0.8,
     "Share of exceedances from which on the sensor is noisy: single outliers are not noise", "ablation")  # fmt: skip
 VARIANCE_RATIO_CAP = _constant("VARIANCE_RATIO_CAP", 1e6, "1", 1e3, 1e9,
-    "Bounds the contribution of one sample to the variance ratio", "ablation")  # fmt: skip
+    "Bounds the contribution of one sample to the variance ratio", "derivation: decays to VARIANCE_GATE within 12 windows")  # fmt: skip
 SEVERE_NOISE_RATIO = _constant("SEVERE_NOISE_RATIO", 30.0, "1", 10.0, 100.0,
     "Ratio of standard deviations from which on the encoder is unusable", "ablation")  # fmt: skip
 VIBRATION_AMPLITUDE = _constant("VIBRATION_AMPLITUDE", 4.0, "steepest slopes", 1.0, 16.0,
     "Bound of the residual vibration after a motion of high slew rate", "ablation")  # fmt: skip
 VIBRATION_END = _constant("VIBRATION_END", 0.25, "1", 0.05, 1.0,
-    "Share of the high slew rate below which the residual vibration has decayed", "ablation")  # fmt: skip
+    "Share of the high slew rate below which the residual vibration has decayed", "test_residual_vibration_after_a_motion_of_high_slew_rate_is_tolerated_until_it_has_decayed")  # fmt: skip
 SLOPE_DECAY = _constant("SLOPE_DECAY", 0.05, "1", 0.01, 0.2,
     "Decay of the steepest slope within one variance window", "ablation")  # fmt: skip
 HIGH_SLEW_FORCE = _constant("HIGH_SLEW_FORCE", 10.0, "standard deviations per sample", 2.0, 40.0,
@@ -171,7 +159,7 @@ MIN_BURST = _constant("MIN_BURST", 12, "samples", 3, 50,
 SUSPECT_TIME_NS = _constant("SUSPECT_TIME_NS", 20e6, "ns", 5e6, 100e6,
     "A burst that covers more sensor time makes the timing suspect: the clock may have stood still", "ablation")  # fmt: skip
 MIN_SUSPECT_RUN = _constant("MIN_SUSPECT_RUN", 3.0, "samples", 2.0, 10.0,
-    "Fewer samples are not suspect at a low sample rate", "ablation")  # fmt: skip
+    "Fewer samples are not suspect at a low sample rate", "test_a_short_burst_makes_the_timing_suspect_once_and_a_long_one_is_a_fault")  # fmt: skip
 ENCODER_FAULT_HOLD_NS = _constant("ENCODER_FAULT_HOLD_NS", 50e6, "ns", 10e6, 200e6,
     "The encoder fault outlasts a burst by this hold time", "ablation")  # fmt: skip
 
@@ -193,4 +181,4 @@ REGULAR_RATIO = _constant("REGULAR_RATIO", 3.0, "sample periods", 1.5, 10.0,
 PERIOD_GROWTH = _constant("PERIOD_GROWTH", 1.02, "1 per gap", 1.0, 1.2,
     "Growth of the period with each gap: the sample rate may have fallen", "ablation")  # fmt: skip
 MAX_GAP_NS = _constant("MAX_GAP_NS", 1e9, "ns", 0.1e9, 10e9,
-    "A longer interval is a silence and leaves the period unchanged", "ablation")  # fmt: skip
+    "A longer interval is a silence and leaves the period unchanged", "contract: silence of a reset, docs/reference/faults.md")  # fmt: skip

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
+from vsa_common.damper import peak_speed
 from vsa_joint.control.springs import ExponentialSpring, Spring
 from vsa_joint.tuning import MAX_LN_STIFFNESS, MIN_ELASTIC_SHARE, STRAIGHT
 
@@ -109,9 +110,8 @@ def identified_spring(state: CoefficientEstimate) -> Spring | None:
 
     More than two knots are a law of a bank, two the exponential law, which the coefficients state with F0.
     """
-    peak_speed = math.sqrt(state.d1 / (-3.0 * state.d2)) if state.d1 > 0.0 > state.d2 else math.inf
     if len(state.elastic_deflection) > 2:
-        return _knot_spring(state, peak_speed)
+        return _knot_spring(state)
     covariance = state.coefficient_covariance
     numbers = (state.ln_stiffness_reference, state.k2, state.force_offset, *covariance)
     usable = state.k2 > 0.0 and abs(state.ln_stiffness_reference) <= MAX_LN_STIFFNESS
@@ -126,13 +126,13 @@ def identified_spring(state: CoefficientEstimate) -> Spring | None:
         k2_variance=covariance[8],
         covariance=covariance[1],
         damping=max(state.d1, 0.0),
-        peak_speed=peak_speed,
+        peak_speed=peak_speed(state.d1, state.d2),
         force_offset_variance=covariance[40],
         force_offset_covariance=covariance[12],
     )
 
 
-def _knot_spring(state: CoefficientEstimate, peak_speed: float) -> Spring | None:
+def _knot_spring(state: CoefficientEstimate) -> Spring | None:
     knots, ln_stiffness = tuple(state.elastic_deflection), tuple(state.elastic_ln_stiffness)
     covariance, count = tuple(state.elastic_ln_stiffness_covariance), len(knots)
     usable = len(ln_stiffness) == count and len(covariance) == count**2 and knots == tuple(sorted(set(knots)))
@@ -140,5 +140,10 @@ def _knot_spring(state: CoefficientEstimate, peak_speed: float) -> Spring | None
     if not (usable and finite and max(map(abs, ln_stiffness)) <= MAX_LN_STIFFNESS):
         return None
     return KnotSpring(
-        knots, ln_stiffness, covariance, state.elastic_force, damping=max(state.d1, 0.0), peak_speed=peak_speed
+        knots,
+        ln_stiffness,
+        covariance,
+        state.elastic_force,
+        damping=max(state.d1, 0.0),
+        peak_speed=peak_speed(state.d1, state.d2),
     )
