@@ -20,6 +20,7 @@ LAWS = {  # F0, k1, k2, d1, d2, m
 }
 VALID_AFTER = 2.0  # [s] from which on the estimates are valid
 LOST = 37  # the sample whose frame is lost
+COVARIANCE = [4e-6] * 4  # of ln stiffness at the two knots
 RADIUS, TENDON = 0.0215, 1e5
 
 
@@ -47,6 +48,13 @@ def truth(side, time):
         "damping": d1 + 3.0 * d2 * v**2,
         "inertia": np.full_like(x, mass),
     }
+
+
+def exponential_knots(side):
+    """Deflections [m] and ln stiffness of the two knots of one transmission's law."""
+    _, k1, k2, *_ = LAWS[side]
+    knots = [0.008, 0.008 + 1.0 / k2]
+    return knots, [float(np.log(k1 * k2) + k2 * x) for x in knots]
 
 
 def write_truth(path, seconds, rate):
@@ -149,6 +157,10 @@ def _side(side, time, stamps, random, every_state, every_batch):
                 setattr(state, f"{field}_valid", known and field != "inertia")
             state.deflection_reference, state.ln_stiffness_reference = 0.008, float(np.log(k1 * k2) + k2 * 0.008)
             state.ln_stiffness_reference_valid = known
+            state.elastic_law, state.elastic_law_valid = "exponential", known
+            state.elastic_deflection, state.elastic_ln_stiffness = exponential_knots(side)
+            state.elastic_ln_stiffness_covariance = COVARIANCE
+            state.elastic_force = offset + float(np.exp(state.elastic_ln_stiffness[0])) / k2
             variances = [
                 std**2,
                 *(getattr(state, f"{one}_variance") for one in ("k2", "d1", "d2", "inertia")),

@@ -41,7 +41,7 @@ def reader(kind):
 def values_of(message, texts=True):
     """Every value but the header's, arrays and stamps flattened.
 
-    As read: without sequences of numbers. As written (not `texts`): without strings, with the length of sequences.
+    As read: a sequence of numbers is a tuple. As written (not `texts`): without strings, with the length of sequences.
     """
     row = []
     for name in list(message.get_fields_and_field_types())[1:]:
@@ -50,7 +50,7 @@ def values_of(message, texts=True):
             row += [value] if texts else []
             continue
         if isinstance(value, array):
-            row += [] if texts else [len(value), *value]
+            row += [tuple(value)] if texts else [len(value), *value]
             continue
         for one in value if hasattr(value, "__len__") else [value]:
             row += [one.sec, one.nanosec] if isinstance(one, Time) else [one]
@@ -147,8 +147,26 @@ def test_texts_do_not_shift_the_numbers_behind_them(reason):
     assert deserialize_message(written, EstimatorState) == message
 
 
+@pytest.mark.parametrize("knots", [0, 1, 3])
+@pytest.mark.parametrize("law", ["", "any", "any spring (87 %)"])
+def test_sequences_of_numbers_are_read_in_either_byte_order(both_orders, knots, law):
+    message, of_state = state("why"), reader(EstimatorState)
+    message.elastic_law, message.elastic_deflection = law, [0.001 * k for k in range(knots)]
+    message.elastic_ln_stiffness_covariance = [0.25] * knots**2
+    assert of_state.sequences == ("elastic_deflection", "elastic_ln_stiffness", "elastic_ln_stiffness_covariance")
+    for data in (serialize_message(message), *both_orders(message)):
+        assert of_state.read(data) == (STAMP_NS, values_of(message))
+
+
+def test_a_sequence_that_is_longer_than_its_message_is_an_error():
+    message = state("")
+    message.elastic_ln_stiffness_covariance = [0.25] * 4
+    with pytest.raises(struct.error):
+        reader(EstimatorState).read(serialize_message(message)[:-24])
+
+
 def test_the_reader_ends_before_a_field_of_an_unsupported_type():
-    fields = {"header": "std_msgs/Header", "first": "double", "list": "sequence<double>", "second": "double"}
+    fields = {"header": "std_msgs/Header", "first": "double", "list": "sequence<float>", "second": "double"}
     assert Reader(fields).names == ("first",)
 
 

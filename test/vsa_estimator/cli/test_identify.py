@@ -1,6 +1,8 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The command `identify`: parameter file, figure and errors."""
 
+import re
+
 import numpy as np
 import pytest
 import yaml
@@ -11,6 +13,10 @@ from vsa_estimator.cli.identify import main
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.initialization.previous_run import coefficients_of
 from vsa_estimator.settings import EstimatorConfig
+from vsa_simulator.laws.config import ForceLaws
+from vsa_simulator.laws.springs import SpringConfig
+from vsa_simulator.rig.recording import Simulation, TransmissionVariant
+from vsa_simulator.rig.single_transmission import MOTIONS
 
 
 def test_the_estimator_loads_its_start_values_from_the_parameter_file(tmp_path, capsys):
@@ -25,6 +31,49 @@ def test_the_estimator_loads_its_start_values_from_the_parameter_file(tmp_path, 
     assert set(yaml.safe_load((tmp_path / "mine.yaml").read_text())) == {"/**/estimator_1"}
     assert (tmp_path / "mine.png").stat().st_size > 10_000
     assert "variance" in capsys.readouterr().out
+
+
+@pytest.fixture(scope="module")
+def quadratic(tmp_path_factory):
+    """A recording of a quadratic spring, and one to validate with."""
+    folder = tmp_path_factory.mktemp("quadratic")
+    variant = TransmissionVariant(laws=ForceLaws(spring=SpringConfig("quadratic")))
+    truth = Simulation(variant, MOTIONS["slow"], 40.0, 100)
+    data = truth.recording(1)
+    columns = {"stamp": data.stamp_ns / 1e9, "force": data.force, "deflection": data.deflection}
+    write_columns(folder / "run.csv", columns)
+    return folder / "run.csv", truth
+
+
+def test_another_law_is_reported_and_gives_orders_of_magnitude_to_the_bank(quadratic, tmp_path, capsys):
+    path, truth = quadratic
+    assert main([str(path), "--out", str(tmp_path / "mine.yaml")]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "the exponential law is refuted: the stiffness deviates from it at" in printed
+    assert "off the exponential [%]" in printed
+    config = load(tmp_path / "mine.yaml", "estimator_1", EstimatorConfig)
+    initial = config.initial
+    assert config.elastic_law == "automatic"
+    assert not initial.posterior  # the coefficients of the exponential law
+    stroke = np.ptp(truth.deflection)
+    middle = np.argmin(np.abs(truth.deflection - np.median(truth.deflection)))
+    assert 1.0 / stroke <= initial.k2 <= 4.0 / stroke
+    assert initial.k2_std / initial.k2 == pytest.approx(90.0 / 267.2, rel=1e-3)  # as of the defaults
+    force = truth.force[middle] - truth.damping[middle] * truth.velocity[middle]
+    assert initial.k2 * (force - initial.force_offset) == pytest.approx(truth.stiffness[middle], rel=0.25)
+    assert initial.d1 == pytest.approx(4000.0, rel=0.05)
+    text = (tmp_path / "mine.yaml").read_text()
+    assert len(re.findall(r"# /\*\*/estimator_1: stiffness at [\d.]+ m = [\d.e+]+ \+- [\d.e+]+ N/m", text)) == 17
+    assert (tmp_path / "mine.png").stat().st_size > 10_000
+
+
+def test_the_exponential_law_can_be_chosen_for_any_recording(quadratic, tmp_path, capsys):
+    path, _ = quadratic
+    out = tmp_path / "mine.yaml"
+    assert main([str(path), "--out", str(out), "--elastic-law", "exponential"]) == 0
+    assert "elastic_law" not in out.read_text()
+    assert load(out, "estimator_1", EstimatorConfig).elastic_law == "exponential"
+    assert "refuted" not in capsys.readouterr().out
 
 
 def test_a_file_that_is_too_short_is_named_in_the_error(tmp_path, capsys):

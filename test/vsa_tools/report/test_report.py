@@ -4,6 +4,7 @@
 import re
 import shutil
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 
 import numpy as np
 import paper_run
@@ -17,6 +18,7 @@ from vsa_estimator.settings import Initial, NodeConfig
 from vsa_tools.report import command as report
 from vsa_tools.report.data import read_run
 from vsa_tools.report.downsampling import cloud, envelope, extremes
+from vsa_tools.report.model_figures import elastic_law, figure_elastic_law, figure_laws, residual
 from vsa_tools.report.panels import force_rate
 from vsa_tools.report.tables import health_table, joint_table, table_1
 from vsa_tools.report.truth import coefficients, read_truth
@@ -169,12 +171,50 @@ def test_the_page_is_complete_and_has_no_external_resources(written):
         assert fact in text
     for svg in re.findall(r"<svg.*?</svg>", text, flags=re.DOTALL):
         ElementTree.fromstring(svg)
-    assert len(re.findall("<svg", text)) == 9
+    assert len(re.findall("<svg", text)) == 10
+
+
+def test_the_elastic_law_of_the_last_valid_state_leaves_the_noise_of_the_force_sensor(run):
+    for number, side in enumerate(run.joints[0].transmissions, 1):
+        law = elastic_law(side.state)
+        x = np.linspace(0.006, 0.010, 9)
+        offset, k1, k2, *_ = paper_run.LAWS[number]
+        assert law.stiffness(x) == pytest.approx(k1 * k2 * np.exp(k2 * x), rel=1e-12)
+        assert law.force(x) == pytest.approx(offset + k1 * np.exp(k2 * x), rel=1e-9)
+        deflection, velocity, left = residual(side, law)
+        assert 600 < len(left) < 800
+        assert np.abs(velocity).min() > 3.0 * 2e-5
+        smooth = np.array([np.median(left[np.abs(deflection - at) < 4e-4]) for at in x])
+        true = paper_run.truth(number, np.arange(SECONDS * RATE) / RATE)
+        by_motion = 2e-6 * true["stiffness"], 2e-5 * true["damping"]  # noise of the run's position and velocity
+        assert np.std(left) == pytest.approx(np.sqrt(0.017**2 + sum(np.mean(one**2) for one in by_motion)), rel=0.1)
+        assert np.abs(smooth).max() < 0.03
+
+
+def test_a_law_of_any_form_is_drawn_through_its_knots(tmp_path, monkeypatch):
+    knots, ln_stiffness = [0.004, 0.006, 0.009, 0.012], [6.0, 7.5, 8.0, 8.1]
+    monkeypatch.setattr(paper_run, "exponential_knots", lambda side: (knots, ln_stiffness))
+    monkeypatch.setattr(paper_run, "COVARIANCE", (1e-4 * np.eye(4)).ravel().tolist())
+    paper_run.write_run(tmp_path / "bag", SECONDS, RATE)
+    (joint,) = read_run(tmp_path / "bag").joints
+    line = figure_laws(joint, {}).axes[0].get_lines()[-1]
+    at = np.interp(1e3 * 0.007, *line.get_data())
+    assert at == pytest.approx(1e-3 * np.exp(7.5 + 0.5 / 3.0), rel=1e-3)
+    band = figure_laws(joint, {}).axes[0].collections[0].get_paths()[0].vertices
+    assert band[:, 1].max() > at * np.exp(1.96 * 0.01)
+
+
+def test_a_bag_of_a_version_without_elastic_law_has_no_such_figure(run):
+    joint = run.joints[0]
+    former = [replace(side, state=replace(side.state, flagged={})) for side in joint.transmissions]
+    assert figure_elastic_law(replace(joint, transmissions=former)) is None
+    assert figure_elastic_law(joint) is not None
 
 
 def test_pdf_and_pictures_are_next_to_the_page(written):
     names = {path.stem for path in (written / "figures").glob("*.png")}
     assert {"fig7_transmission_1", "fig8_transmission_2", "fig9", "fig6", "table1", "joint", "health"} <= names
+    assert "elastic_law" in names
     assert len(re.findall(rb"/Type /Page\b", (written / "report.pdf").read_bytes())) == 1 + len(names)
 
 

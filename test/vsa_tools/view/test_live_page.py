@@ -2,6 +2,7 @@
 """The live page in a real browser, with a publisher of the test and with the whole demo."""
 
 import json
+import math
 import os
 import re
 import shutil
@@ -13,6 +14,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 import rclpy
 from host import undisturbed
@@ -23,6 +25,7 @@ from selenium.webdriver.support.ui import WebDriverWait
 from sensor_msgs.msg import JointState
 from vsa_common.ros.subprocesses import executable
 from vsa_common.stamps import nanoseconds, set_stamp
+from vsa_estimator.offline.elastic_law import KnotLaw
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 from vsa_msgs.srv import InjectFailure
 
@@ -40,6 +43,15 @@ def free_port():
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return one.getsockname()[1]
+
+
+LAW = {  # of transmission 2: knots, ln stiffness and its covariance; the joint's position passes all knots
+    "elastic_law": "any spring (97 %)", "elastic_law_valid": True, "elastic_force": 20.0,
+    "elastic_deflection": [0.004, 0.006, 0.009, 0.012], "elastic_ln_stiffness": [7.0, 7.6, 8.0, 8.1],
+    "elastic_ln_stiffness_covariance": [
+        4e-3, 1e-3, 0.0, 0.0, 1e-3, 1e-3, 1e-4, 0.0, 0.0, 1e-4, 1e-3, 1e-3, 0.0, 0.0, 1e-3, 9e-3,
+    ],
+}  # fmt: skip
 
 
 class Publisher:
@@ -73,11 +85,17 @@ class Publisher:
             joints.publish(joint)
 
     def message(self, side, kind, now):
+        position = 0.008 + 0.004 * math.sin(1e-9 * now)
         values = {
-            TransmissionImpedance: {"force": 30.0, "stiffness": 2345.0, "stiffness_valid": True, "status": 2},
-            EstimatorState: {"k2": {1: 267.2, 2: 165.6}[side], "k2_valid": True, "reason": f"reason {side}"},
+            TransmissionImpedance: {
+                "force": 30.0, "stiffness": 2345.0, "stiffness_valid": True, "status": 2, "deflection": position,
+            },
+            EstimatorState: {
+                "k2": {1: 267.2, 2: 165.6}[side], "k2_valid": True, "reason": f"reason {side}",
+                **(LAW if side == 2 else {}),
+            },
             JointState: {"position": [0.008]},
-        }[kind]
+        }[kind]  # fmt: skip
         message = kind(**values)
         set_stamp(message.header.stamp, now)
         return message
@@ -158,6 +176,8 @@ def test_the_page_shows_live_data_detects_a_timeout_and_reconnects(isolated, bro
         assert displayed_text(browser, "#row_damping td:nth-child(2)") == "0 ± 0 not valid"
         assert displayed_text(browser, "#numbers b") == "0.750"
         assert displayed_text(browser, "#numbers span") == "± 0.020 N m/rad "
+        assert displayed_text(browser, "#row_elastic_law td:nth-child(2)") == "–"
+        assert displayed_text(browser, "#row_elastic_law td:nth-child(3)") == "any spring (97 %) valid"
         assert "transmission 2: reason 2" in displayed_text(browser, "#remarks")
         assert browser.execute_script("return document.querySelector('#no_data').hidden")
         eventually(browser, "Number(document.body.dataset.bins) > 50", True)
@@ -181,6 +201,30 @@ def test_the_page_shows_live_data_detects_a_timeout_and_reconnects(isolated, bro
         eventually(browser, text_of("#status_joint b"), "VALID")
     finally:
         rig.close()
+        process.kill()
+        process.wait()
+
+
+def test_the_elastic_law_of_the_page_is_that_of_the_report(isolated, browser):
+    port = free_port()
+    process = start_view(port)
+    try:
+        browser.get(f"http://127.0.0.1:{port}/")
+        knots, ln_stiffness = LAW["elastic_deflection"], LAW["elastic_ln_stiffness"]
+        covariance = np.reshape(LAW["elastic_ln_stiffness_covariance"], (4, 4))
+        sent = {
+            "deflection": knots, "ln_stiffness": ln_stiffness, "variance": np.diag(covariance).tolist(),
+            "covariance": np.diag(covariance, 1).tolist(),
+        }  # fmt: skip
+        drawn = browser.execute_async_script(
+            "const [law, done] = arguments; import('./plots.js').then((m) => done(m.lawPoints(law, 2, 13)));", sent
+        )
+        x, stiffness, low, high = np.array(drawn).T
+        law = KnotLaw(np.array(knots), np.array(ln_stiffness), covariance, 20.0)
+        assert (x[0], x[-1]) == pytest.approx((2.0, 13.0), rel=1e-12)
+        assert 1e3 * stiffness == pytest.approx(law.stiffness(1e-3 * x), rel=1e-9)
+        assert [1e3 * low, 1e3 * high] == [pytest.approx(one, rel=1e-9) for one in law.band(1e-3 * x)]
+    finally:
         process.kill()
         process.wait()
 

@@ -137,6 +137,24 @@ def test_a_quantity_is_not_valid_after_the_timeout():
     assert (side["stiffness"]["valid"], side["coefficients"]["k2"]["valid"]) == (False, False)
 
 
+def test_the_elastic_law_has_its_name_knots_and_the_covariance_of_neighbours():
+    model = filled_model()
+    side = model.transmissions["transmission_1"]
+    assert model.to_json(10.1)["transmission_1"]["elastic_law"] is None
+    state = EstimatorState(elastic_law="any spring (97 %)", elastic_law_valid=True)
+    state.elastic_deflection, state.elastic_ln_stiffness = [0.004, 0.006, 0.009], [7.0, 7.5, math.log(2e3)]
+    state.elastic_ln_stiffness_covariance = [4.0, 1.0, 9.0, 1.0, 5.0, 2.0, 9.0, 2.0, 6.0]
+    side.add_state(serialize_message(state))
+    assert model.to_json(10.1)["transmission_1"]["elastic_law"] == {
+        "name": "any spring (97 %)", "valid": True, "deflection": [0.004, 0.006, 0.009],
+        "ln_stiffness": [7.0, 7.5, 7.6009], "variance": [4.0, 5.0, 6.0], "covariance": [1.0, 2.0],
+    }  # fmt: skip
+    assert not model.to_json(11.0)["transmission_1"]["elastic_law"]["valid"]
+    state.elastic_ln_stiffness_covariance = [4.0] * 4
+    side.add_state(serialize_message(state))
+    assert model.to_json(10.1)["transmission_1"]["elastic_law"] is None
+
+
 def test_a_diagnostic_ends_when_its_node_is_back_to_ok():
     model = filled_model()
     model.add_diagnostics(diagnostic(0, ""), 2 * S, "/vsa/")

@@ -1,37 +1,83 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""`./vsa identify`: start values with covariance from recordings, eqs. (18) and (19), as a parameter file."""
+"""`./vsa identify`: start values from recordings, eqs. (18) and (19), or of a law of any form, as a parameter file."""
 
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from vsa_common.config.configuration import parameters
-from vsa_common.figures import MEASURED, SIDE_1, TRUTH, limits, panels, save
 from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
 from vsa_common.terminal import show_table
+from vsa_estimator.cli.identify_output import (
+    COEFFICIENTS,
+    KNOT_STEP,
+    LAW,
+    coefficient_rows,
+    comparison,
+    law_rows,
+    law_text,
+    plot,
+)
 from vsa_estimator.offline.coefficient_file import NamedCoefficients, described, posterior_parameters, write_file
-from vsa_estimator.offline.identification import NAMES, UNITS, Identification, identify
+from vsa_estimator.offline.identification import NAMES, Identification, identify
 from vsa_estimator.offline.instants import Timing, corrected
 from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings
-from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.settings import EstimatorConfig, Initial
 
-HEADER = ("coefficient", "value", "std", "variance", "unit", "95 % interval")
+LAWS = (AUTOMATIC := "automatic", "exponential")
+STEEPEST = 4.0  # k2 times stroke, up to which the spline of the bank of laws covers the stroke from any start
+STEEP_SHARE = 0.9  # quantile of the slopes of ln stiffness that k2 is
 
 
 def start_values(result: Identification) -> dict[str, float]:
-    """The estimator's parameters initial.X and initial.X_std, clipped to their ranges."""
+    """The estimator's parameters initial.X and initial.X_std, clipped to their ranges.
+
+    Of a law of any form they are the orders of magnitude that the prior of the bank of laws is made of.
+    """
     ranges = {parameter.name: parameter for parameter in parameters(EstimatorConfig)}
+    found = _coefficients(result) if result.is_exponential else _orders_of_magnitude(result)
     values: dict[str, float] = {}
-    for name in NAMES:
-        if f"initial.{name}" not in ranges:
-            continue
-        for key, value in ((name, result.value(name)), (f"{name}_std", result.std(name))):
+    for name, pair in found.items():
+        for key, value in zip((name, f"{name}_std"), pair, strict=True):
             parameter = ranges[f"initial.{key}"]
             values[key] = float(f"{min(max(value, parameter.low), parameter.high):.6g}")
     return values
+
+
+def _coefficients(result: Identification) -> dict[str, tuple[float, float]]:
+    """Value and standard deviation of each coefficient that has a start value."""
+    names = [name for name in result.names if hasattr(Initial, name)]
+    return {name: (result.value(name), result.std(name)) for name in names}
+
+
+def _orders_of_magnitude(result: Identification) -> dict[str, tuple[float, float]]:
+    """The exponential law that touches the law of any form in its middle, and damper, friction and mass.
+
+    k2 is a steep slope of ln stiffness: it sets the distance of the bank's knots. A coefficient of the wrong sign has
+    the default. Standard deviations are as large in proportion as the defaults, or those of the regression.
+    """
+    law, default = result.law, Initial()
+    x, middle = law.deflection, np.array([np.median(result.deflection)])
+    slopes = np.abs(np.diff(law.ln_stiffness) / np.diff(x))
+    stroke = float(np.ptp(x))
+    k2 = float(np.clip(np.quantile(slopes, STEEP_SHARE), 1.0 / stroke, STEEPEST / stroke))
+    force_offset = float(law.force(middle)[0] - law.stiffness(middle)[0] / k2)
+    found = {"k2": (k2, _share("k2") * k2), "force_offset": (force_offset, default.force_offset_std)}
+    for name, (value, std) in _coefficients(result).items():
+        usual = getattr(default, name)
+        value = value if value * usual > 0.0 else usual
+        found[name] = value, max(_share(name) * abs(value), std)
+    return found
+
+
+def _share(name: str) -> float:
+    """Standard deviation of a default start value over its magnitude."""
+    default = Initial()
+    return abs(getattr(default, f"{name}_std") / getattr(default, name))
 
 
 def write_parameters(path: Path, results: Mapping[str, Identification]) -> None:
@@ -41,12 +87,26 @@ def write_parameters(path: Path, results: Mapping[str, Identification]) -> None:
     for name, one in results.items():
         node = f"/**/{name.replace('transmission', 'estimator')}"
         initial: dict[str, object] = {**start_values(one)}
-        if one.value("k1") > 0.0 and one.value("k2") > 0.0:
+        values: dict[str, Any] = {"initial": initial}
+        if not one.is_exponential:
+            values["elastic_law"] = "automatic"
+            remarks += _law_remarks(node, one, f"{name}, {one.rows} rows; {comparison(one)}")
+        elif one.value("k1") > 0.0 and one.value("k2") > 0.0:
             coefficients = posterior(one)
             initial["posterior"] = posterior_parameters(coefficients)
             remarks += described(node, coefficients, f"{name}, {one.rows} rows")
-        sections[node] = {"ros__parameters": {"initial": initial}}
+        sections[node] = {"ros__parameters": values}
     write_file(path, sections, remarks)
+
+
+def _law_remarks(node: str, result: Identification, remark: str) -> list[str]:
+    """Lines for a reader: remark, and the stiffness at knots with standard deviation."""
+    x = result.law.deflection[::KNOT_STEP]
+    points = zip(x, result.law.stiffness(x), result.law.ln_std(x), strict=True)
+    return [
+        f"{node}: {remark}",
+        *(f"{node}: stiffness at {at:.6f} m = {value:.5g} +- {value * std:.2g} N/m" for at, value, std in points),
+    ]
 
 
 def posterior(result: Identification) -> NamedCoefficients:
@@ -61,41 +121,6 @@ def posterior(result: Identification) -> NamedCoefficients:
     return NamedCoefficients(names, values, jacobian @ result.covariance @ jacobian.T, middle)
 
 
-def rows(result: Identification) -> list[list[str]]:
-    """Rows of the printed table, one for each coefficient."""
-    table = []
-    for name, unit in zip(NAMES, UNITS, strict=True):
-        value, std = result.value(name), result.std(name)
-        low, high = value - 1.96 * std, value + 1.96 * std
-        table.append([name, f"{value:.5g}", f"{std:.2g}", f"{std**2:.3g}", unit, f"{low:.4g} to {high:.4g}"])
-    return table
-
-
-def law(result: Identification) -> str:
-    """The spring's law in the form of eq. (20), in N and mm."""
-    f0, k1, k2 = (result.value(name) for name in ("force_offset", "k1", "k2"))
-    return f"F_S = {f0:.4g} + {k1:.4g} exp({1e-3 * k2:.4g} x)    N, mm"
-
-
-def plot(path: Path, results: Mapping[str, Identification]) -> None:
-    """Plot force and residual over deflection and speed."""
-    figure, axes = panels(len(results), 3, width=11.0, height=2.6 * len(results) + 0.5, title="Identification")
-    for row, (name, one) in zip(np.atleast_2d(axes), results.items(), strict=True):
-        x, v = 1e3 * one.deflection, 1e3 * one.velocity  # [mm, mm/s]
-        along = np.linspace(one.deflection.min(), one.deflection.max(), 200)
-        spring = one.value("force_offset") + one.value("k1") * np.exp(one.value("k2") * along)
-        row[0].plot(x, one.force, ".", color=MEASURED, markersize=2, label="measured")
-        row[0].plot(1e3 * along, spring, color=SIDE_1, label="spring, eq. (2)")
-        row[0].set(ylabel=f"{name}\nforce [N]", xlabel="deflection [mm]")
-        row[0].legend()
-        for axis, abscissa, label in ((row[1], x, "deflection [mm]"), (row[2], v, "speed [mm/s]")):
-            axis.plot(abscissa, one.residual, ".", color=SIDE_1, markersize=2)
-            axis.axhline(0.0, color=TRUTH, linewidth=0.6)
-            axis.set(xlabel=label, ylabel="residual [N]")
-            limits(axis, one.residual)
-    save(figure, path)
-
-
 def main(argv: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
@@ -107,14 +132,18 @@ def main(argv: list[str] | None = None) -> int:
                 even, timing = corrected(recording)
                 groups.setdefault(even.transmission, []).append(even)
                 timings.setdefault(even.transmission, []).append(timing)
-        results = {name: identify(recordings) for name, recordings in groups.items()}
+        any_law = arguments.elastic_law == AUTOMATIC
+        results = {name: identify(recordings, any_law) for name, recordings in groups.items()}
         write_parameters(arguments.out, results)
         plot(arguments.out.with_suffix(".png"), results)
     except (BagError, RecordingError, TableError, OSError) as error:
         print(f"identify: {error}", file=sys.stderr)
         return 1
     for name, one in results.items():
-        show_table(f"{name}: {law(one)}", HEADER, rows(one), _note(one, timings[name]))
+        if not one.is_exponential:
+            show_table(f"{name}: {law_text(one)}", LAW, law_rows(one), "")
+        title = f"{name}: {law_text(one)}" if one.is_exponential else f"{name}: damper, friction and mass"
+        show_table(title, COEFFICIENTS, coefficient_rows(one), _note(one, timings[name]))
     print(f"wrote {arguments.out} and {arguments.out.with_suffix('.png')}")
     return 0
 
@@ -125,7 +154,8 @@ def _note(result: Identification, timings: Sequence[Timing]) -> str:
         note += f"; {result.repeated} repeated force samples left out: the force sensor is slower than the recording"
     if result.misfit > 2.0:
         note += f"; the model explains the data in part only: variances scaled by up to {result.misfit:.2g} times"
-    return f"{note}; {'; '.join(dict.fromkeys(map(str, timings)))}"
+    compared = comparison(result)
+    return "; ".join([note, *([compared] if compared else []), *dict.fromkeys(map(str, timings))])
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -135,6 +165,12 @@ def _parser() -> argparse.ArgumentParser:
         "--transmission",
         metavar="NAME",
         help="for bags: this transmission only; for CSV: its name (default: transmission_1)",
+    )
+    parser.add_argument(
+        "--elastic-law",
+        choices=LAWS,
+        default=LAWS[0],
+        help="automatic: eq. (2) unless a law of any form refutes it; exponential: eq. (2) (default: %(default)s)",
     )
     parser.add_argument(
         "--out",

@@ -185,3 +185,54 @@ INDEPENDENT_TIMES = _constant(
     "time constants of the rate filter between two rates that count as independent",
     "derivation: correlation exp(-2) is 0.14",
 )
+
+# Elastic law of any form
+LAW_INTERVALS = _constant(
+    "LAW_INTERVALS",
+    16,
+    "1",
+    8,
+    32,
+    "intervals of the stiffness spline over the stroke; ln stiffness of an exponential law with a 50-fold range is met "
+    "within 1e-5",
+    "derivation",
+)
+LAW_STDS = _constant(
+    "LAW_STDS",
+    (3.0, 0.5),
+    "1",
+    0.1,
+    10.0,
+    "prior standard deviation of the stiffness, relative: about the mean stiffness, then about the fitted exponential law",
+    "test of recordings of six springs",
+)
+LAW_LENGTH = _constant(
+    "LAW_LENGTH", 0.25, "1", 0.1, 1.0, "correlation length of that prior, in the stroke (Matern 5/2)", "interval test"
+)
+MIN_STIFFNESS_SHARE = _constant(
+    "MIN_STIFFNESS_SHARE",
+    1e-3,
+    "1",
+    1e-6,
+    0.1,
+    "lower limit of the stiffness, in the mean stiffness",
+    "keeps the logarithm finite",
+)
+LAW_SIGNIFICANCE = _constant(
+    "LAW_SIGNIFICANCE",
+    1e-6,
+    "1",
+    1e-12,
+    1e-3,
+    "probability below which the exponential law is refuted",
+    "test of 20 recordings of the exponential spring and of others",
+)
+MIN_LAW_DEVIATION = _constant(
+    "MIN_LAW_DEVIATION",
+    1e-3,
+    "1",
+    1e-4,
+    2e-2,
+    "deviation of ln stiffness that unmodelled friction and delay cause",
+    "test of 20 recordings of the exponential spring and of others",
+)

@@ -25,6 +25,7 @@ class Series:
     time: Floats  # [s]
     columns: dict[str, Floats]
     texts: dict[str, Any] = field(default_factory=dict)  # of the last message
+    flagged: dict[str, Any] = field(default_factory=dict)  # all fields of the last message with a valid sequence
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
@@ -43,19 +44,29 @@ class Series:
 
 
 class ColumnBuilder:
-    """Collects the fields `names` of the messages of one topic into a Series."""
+    """Collects the fields `names` of the messages of one topic into a Series.
 
-    def __init__(self, topic: Topic, names: Sequence[str]) -> None:
+    The fields `sequences`, which are large, are kept of one message only: the last one in which the field `flag` is
+    true.
+    """
+
+    def __init__(self, topic: Topic, names: Sequence[str], sequences: Sequence[str] = (), flag: str = "") -> None:
         self.topic = topic
         self.stamps: list[int] = []
         self._receives: list[int] = []
         self._rows: list[tuple[Any, ...]] = []
-        self._names = names
+        self._names, self._sequences = names, sequences
+        self._columns = [i for i, name in enumerate(names) if name not in sequences]
+        self._flag = names.index(flag) if sequences else -1
+        self._flagged: tuple[Any, ...] = ()
 
     def add(self, receive_ns: int, stamp_ns: int, values: tuple[Any, ...]) -> None:
         """Add the fields of one message."""
         self._receives.append(receive_ns)
         self.stamps.append(stamp_ns)
+        if self._sequences:
+            self._flagged = values if values[self._flag] else self._flagged
+            values = tuple(values[i] for i in self._columns)
         self._rows.append(values)
 
     def series(self, start_ns: int) -> Series:
@@ -65,10 +76,12 @@ class ColumnBuilder:
         time = (stamps - start_ns) / NANOSECONDS
         delay = (receives - stamps) / NANOSECONDS
         time[np.abs(delay - np.median(delay)) > _MAX_STAMP_OFFSET_S] = np.nan
-        fields = dict(zip(self._names, zip(*self._rows, strict=True), strict=True))
+        names = [self._names[i] for i in self._columns]
+        fields = dict(zip(names, zip(*self._rows, strict=True), strict=True))
+        flagged = dict(zip(self._names, self._flagged, strict=True)) if self._flagged else {}
         texts = {name: values[-1] for name, values in fields.items() if isinstance(values[-1], str | list)}
         columns = {name: np.array(values, dtype=float) for name, values in fields.items() if name not in texts}
-        return Series(self.topic, stamps, receives, time, columns, texts)
+        return Series(self.topic, stamps, receives, time, columns, texts, flagged)
 
 
 def first_stamp(stamps: list[int]) -> int:

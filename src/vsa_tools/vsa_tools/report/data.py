@@ -20,6 +20,7 @@ WRENCH, JOINT_STATE = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointS
 IMPEDANCE, STATE = "vsa_msgs/msg/TransmissionImpedance", "vsa_msgs/msg/EstimatorState"
 JOINT, COUNTERS = "vsa_msgs/msg/JointImpedance", "vsa_msgs/msg/CaptureCounters"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+ELASTIC_LAW_VALID = "elastic_law_valid"  # flag of the sequences of EstimatorState
 
 _SIDE = re.compile(r"(?P<space>.*)/(?P<side>transmission_\w+)/(?P<leaf>force|encoder|impedance|estimator_state)")
 _JOINT = re.compile(r"(?P<space>.*)/(?P<leaf>joint_impedance|joint_states|external_torque)")
@@ -114,7 +115,7 @@ def _read_columns(
     """Fields of every topic in `matches`; topics of one kind share the decoder of the one with the most messages."""
     fullest = {matches[name]["leaf"]: name for name in sorted(matches, key=lambda name: found[name].messages)}
     decoders = {leaf: _decoder(path, name, leaf) for leaf, name in fullest.items()}
-    builders = {name: ColumnBuilder(found[name], decoders[match["leaf"]].names) for name, match in matches.items()}
+    builders = {name: _builder(found[name], decoders[match["leaf"]]) for name, match in matches.items()}
     handlers = {name: (builders[name].add, decoders[match["leaf"]].read) for name, match in matches.items()}
     try:
         for name, receive_ns, data in read_raw(path, handlers):
@@ -138,16 +139,21 @@ def _match(topic: Topic) -> re.Match[str] | None:
 
 
 class _Decoder(NamedTuple):
-    """Reads stamp [ns] and the fields `names` from the bytes of a message."""
+    """Reads stamp [ns] and the fields `names` from the bytes of a message; `sequences` are those of many numbers."""
 
     names: Sequence[str]
     read: Callable[[bytes], tuple[int, tuple[Any, ...]]]
+    sequences: Sequence[str] = ()
+
+
+def _builder(topic: Topic, decoder: _Decoder) -> ColumnBuilder:
+    return ColumnBuilder(topic, decoder.names, decoder.sequences, ELASTIC_LAW_VALID)
 
 
 def _decoder(path: Path, topic: str, leaf: str) -> _Decoder:
     if leaf not in _SINGLE:
         reader = Reader(fields(path, topic))
-        return _Decoder(reader.names, reader.read)
+        return _Decoder(reader.names, reader.read, reader.sequences)
     name, decode = _SINGLE[leaf]
 
     def read_one(data: bytes) -> tuple[int, tuple[float, ...]]:

@@ -8,7 +8,7 @@ from typing import Any
 from vsa_common.figures import SIDES, set_title
 from vsa_tools.report.data import Joint, Run
 from vsa_tools.report.joint_figures import figure_health, figure_joint
-from vsa_tools.report.model_figures import figure_allan, figure_laws
+from vsa_tools.report.model_figures import figure_allan, figure_elastic_law, figure_laws
 from vsa_tools.report.transmission_figures import figure_coefficients, figure_impedance, figure_motion
 from vsa_tools.report.truth import Truths
 
@@ -45,6 +45,9 @@ def _figures(joint: Joint, duration: float, truth: Truths) -> Iterator[tuple[str
     if any(side.impedance for side in joint.transmissions):
         laws = figure_laws(joint, truth)
         yield "fig9", "Fig. 9: stiffness against position, damping against velocity", _CAPTION_9, laws
+    elastic = figure_elastic_law(joint)
+    if elastic is not None:
+        yield "elastic_law", "Elastic law: force, and residual of the model", _CAPTION_E, elastic
     if any(side.state for side in joint.transmissions):
         yield "table1", "Table I: coefficients over time", _CAPTION_T, figure_coefficients(joint, truth, duration)
         yield "fig6", "Fig. 6: Allan variance of the innovations", _CAPTION_6, figure_allan(joint)
@@ -63,7 +66,14 @@ _CAPTION_8 = (
 )
 _CAPTION_9 = (
     "Dots: valid estimates, minimum and maximum in each bin. "
-    "Line: the law, (3) and (5), with the coefficients at the end."
+    "Line: the law at the end; of the stiffness the elastic law of the last valid state with its 95 % band, "
+    "of the damping (5) with the coefficients at the end."
+)
+_CAPTION_E = (
+    "Elastic law of the last valid state, named in the title. Residual: measured force minus elastic law, damper, "
+    "friction and inertia, minimum and maximum in each bin; line: median; the damper's force is the integral of the "
+    "published damping over the speed. Grey: 95 % interval of the force sensor's noise. A median outside of it over "
+    "the position is a misfit of the elastic law or its drift, over the velocity one of damper, friction or delay."
 )
 _CAPTION_T = "k2, d2 and m with bands of 2 standard deviations. Grey: not valid."
 _CAPTION_6 = (

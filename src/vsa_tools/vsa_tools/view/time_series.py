@@ -108,8 +108,8 @@ class TimeSeriesStore:
         for stream in self._streams.values():
             rows = stream.close_and_read(begin, end)
             for i in range(len(stream.names)):
-                lows.append([_rounded(row[0][i]) if row else None for row in rows])
-                highs.append([_rounded(row[1][i]) if row else None for row in rows])
+                lows.append([rounded(row[0][i]) if row else None for row in rows])
+                highs.append([rounded(row[1][i]) if row else None for row in rows])
         return {"begin": begin, "end": end, "epoch": self.epoch, "low": lows, "high": highs}
 
 
@@ -151,7 +151,7 @@ def status_label(status: float | None, age: float) -> str:
 
 def quantity(value: float, variance: float, valid: float, *, current: bool = True) -> dict[str, Any]:
     """An estimate for the page's table, `std` in its unit; only a current value is valid."""
-    return {"value": _rounded(value), "std": _rounded(math.sqrt(max(variance, 0.0))), "valid": bool(valid) and current}
+    return {"value": rounded(value), "std": rounded(math.sqrt(max(variance, 0.0))), "valid": bool(valid) and current}
 
 
 def count_lost(counters: Iterable[int], before: tuple[int, int] | None) -> tuple[int, int]:
@@ -166,6 +166,6 @@ def count_lost(counters: Iterable[int], before: tuple[int, int] | None) -> tuple
     return newest, missing
 
 
-def _rounded(value: float) -> float | None:
+def rounded(value: float) -> float | None:
     """Six significant digits; None for a number that JSON cannot represent."""
     return float(f"{value:.6g}") if math.isfinite(value) else None

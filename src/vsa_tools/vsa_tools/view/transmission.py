@@ -1,6 +1,8 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """State of one transmission on the live page, from serialized messages."""
 
+import math
+from collections.abc import Mapping
 from typing import Any
 
 from vsa_common.ros.cdr import Reader, read_counters, read_stamp
@@ -8,7 +10,7 @@ from vsa_common.types import ResetReason
 from vsa_estimator.force_rate.rate_filter import RateFilter
 from vsa_tools.view.events import CounterWatch, Events
 from vsa_tools.view.section import Section
-from vsa_tools.view.time_series import Stream, count_lost, quantity
+from vsa_tools.view.time_series import Stream, count_lost, quantity, rounded
 
 MAX_STEP_S = 1.0  # [s] a longer step between samples restarts the force rate: its filter has settled by then
 
@@ -81,6 +83,7 @@ class TransmissionSection(Section):
                 name: quantity(*(state[name + end] for end in ("", "_variance", "_valid")), current=current)
                 for name in _COEFFICIENTS
             },
+            "elastic_law": _elastic_law(state, current),
             "reason": state["reason"],
             "observability": state["observability"],
             "reset_reason": _RESETS.get(state["reset_reason"], "UNKNOWN"),
@@ -93,3 +96,23 @@ class TransmissionSection(Section):
         if not 0.0 <= dt < MAX_STEP_S:
             self._rate_filter = RateFilter()
         return self._rate_filter.add(force, dt)
+
+
+def _elastic_law(state: Mapping[str, Any], current: bool) -> dict[str, Any] | None:
+    """Name, validity, and ln stiffness at knots [m] with the variances and the covariances of neighbours.
+
+    None without a law: of an estimator of an older version, or before its first sample.
+    """
+    knots, ln_stiffness = state.get("elastic_deflection", ()), state.get("elastic_ln_stiffness", ())
+    covariance, count = state.get("elastic_ln_stiffness_covariance", ()), len(knots)
+    numbers = (*knots, *ln_stiffness, *covariance)
+    if not (count > 1 and len(numbers) == count * (count + 2) and all(map(math.isfinite, numbers))):
+        return None
+    return {
+        "name": state["elastic_law"],
+        "valid": state["elastic_law_valid"] and current,
+        "deflection": [rounded(x) for x in knots],
+        "ln_stiffness": [rounded(x) for x in ln_stiffness],
+        "variance": [rounded(covariance[i * (count + 1)]) for i in range(count)],
+        "covariance": [rounded(covariance[i * (count + 1) + 1]) for i in range(count - 1)],
+    }

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from vsa_common.ros.cdr.layout import CODES, HEAD, LENGTH, NATIVE, STAMP_LENGTH, layouts
+from vsa_common.ros.cdr.layout import CODES, HEAD, LENGTH, NATIVE, ORDERS, STAMP_LENGTH, layouts
 from vsa_common.stamps import NANOSECONDS
 
 _TEXTS = ("string", "sequence<string>")
+_NUMBERS = {f"sequence<{kind}>": code for kind, code in CODES.items() if len(code) == 1}
 
 
 class Writer:
@@ -44,7 +45,9 @@ class Writer:
 
 
 class Reader:
-    """Reads the fields of a stamped message, numbers and strings, up to the first field of another type.
+    """Reads the fields of a stamped message, up to the first of another type than number, string or sequence of them.
+
+    `sequences` are the names of the sequences of numbers, whose values are tuples.
 
     >>> reader = Reader({"header": "std_msgs/Header", "force": "double", "force_valid": "boolean", "reason": "string"})
     >>> reader.names
@@ -54,12 +57,14 @@ class Reader:
     def __init__(self, fields: Mapping[str, str]) -> None:
         """`fields`: rosidl type by name; the first is the header."""
         self.names: tuple[str, ...] = ()
-        self._pieces: list[tuple[tuple[list[struct.Struct], ...], str]] = []  # numbers, type of the text after them
+        self.sequences: tuple[str, ...] = ()
+        self._pieces: list[tuple[tuple[list[struct.Struct], ...], str]] = []  # numbers, type of the field after them
         codes = ""
         for name, kind in list(fields.items())[1:]:
             base, _, count = kind.rstrip("]").partition("[")
-            if kind in _TEXTS:
+            if kind in _TEXTS or kind in _NUMBERS:
                 self.names += (name,)
+                self.sequences += (name,) if kind in _NUMBERS else ()
                 self._pieces.append((layouts(codes), kind))
                 codes = ""
             elif base in CODES and (count.isdigit() or "[" not in kind):
@@ -76,14 +81,29 @@ class Reader:
         seconds, nanoseconds, length = STAMP_LENGTH[order].unpack_from(data, HEAD)
         at = HEAD + 12 + length
         values: tuple[Any, ...] = ()
-        for by_order, text in self._pieces:
+        for by_order, kind in self._pieces:
             layout = by_order[order][at % 8]
             values += layout.unpack_from(data, at)
-            if text:
-                read = _text if text == "string" else _texts
-                found, at = read(data, at + layout.size, order)
+            if kind:
+                found, at = _read_piece(kind, data, at + layout.size, order)
                 values += (found,)
         return seconds * NANOSECONDS + nanoseconds, values
+
+
+def _read_piece(kind: str, data: bytes, at: int, order: int) -> tuple[Any, int]:
+    """A string or sequence that begins at or after `at`, and the offset of its end."""
+    if kind in _NUMBERS:
+        return _numbers(data, at, order, _NUMBERS[kind])
+    return _text(data, at, order) if kind == "string" else _texts(data, at, order)
+
+
+def _numbers(data: bytes, at: int, order: int, code: str) -> tuple[tuple[Any, ...], int]:
+    """A sequence of numbers likewise."""
+    at += -at % 4 + 4
+    layout = struct.Struct(f"{ORDERS[order]}{LENGTH[order].unpack_from(data, at - 4)[0]}{code}")
+    if layout.size:
+        at += (HEAD - at) % struct.calcsize(f"={code}")
+    return layout.unpack_from(data, at), at + layout.size
 
 
 def _text(data: bytes, at: int, order: int) -> tuple[str, int]:

@@ -1,4 +1,4 @@
-// Curves over time with bands, and the two laws of the paper's Fig. 9.
+// Curves over time with bands, and the two laws of the paper's Fig. 9; over the stiffness the elastic law with its band.
 const HEIGHT = 190;
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const pale = (color, share) => `color-mix(in srgb, ${color} ${share}%, transparent)`;
@@ -123,7 +123,12 @@ export class Law extends OnScreen {
     const canvas = Object.assign(document.createElement("canvas"), { className: "flat" });
     box.append(canvas);
     super(canvas);
-    Object.assign(this, { canvas, across, up });
+    Object.assign(this, { canvas, across, up, laws: [] });
+  }
+
+  // Elastic laws of both transmissions from a state, drawn over the stiffness.
+  update(state) {
+    this.laws = this.up === "stiffness" ? [1, 2].map((i) => state[`transmission_${i}`]?.elastic_law ?? null) : [];
   }
 
   build() {}
@@ -135,6 +140,7 @@ export class Law extends OnScreen {
     const pen = canvas.getContext("2d");
     pen.scale(ratio, ratio);
     const sides = [1, 2].map((i) => this.points(columns, `transmission_${i}`, from, to)), all = sides.flat();
+    const laws = sides.map((points, i) => (points.length && this.laws[i] ? lawPoints(this.laws[i], ...range(points, 0)) : []));
     if (!all.length) return;
     const [x0, x1] = extent(all, 0), [y0, y1] = extent(all, 1), left = 48, bottom = height - 26;
     const across = (x) => left + (x - x0) / (x1 - x0) * (width - left - 12), up = (y) => bottom - (y - y0) / (y1 - y0) * (bottom - 10);
@@ -146,7 +152,14 @@ export class Law extends OnScreen {
     pen.textAlign = "right";
     for (let s = tickStep(y1 - y0), y = Math.ceil(y0 / s) * s; y <= y1; y += s) { line(left, up(y), width - 12, up(y)); label(y, left - 6, up(y) + 4); }
     sides.forEach((points, i) => {
-      pen.fillStyle = css(i ? "--two" : "--one");
+      const color = css(i ? "--two" : "--one"), ends = [...laws[i].map(([x, , low]) => [x, low]), ...laws[i].toReversed().map(([x, , , high]) => [x, high])];
+      const path = (points) => { pen.beginPath(); points.forEach(([x, y], k) => pen[k ? "lineTo" : "moveTo"](across(x), up(y))); };
+      pen.save();
+      pen.beginPath(); pen.rect(left, 10, width - left - 12, bottom - 10); pen.clip();
+      pen.fillStyle = pale(color, this.laws[i]?.valid ? 22 : 10); path(ends); pen.fill();
+      pen.strokeStyle = pale(color, this.laws[i]?.valid ? 100 : 35); pen.lineWidth = 1.3; path(laws[i]); pen.stroke();
+      pen.restore();
+      pen.fillStyle = color;
       for (const [x, y] of points) pen.fillRect(across(x) - 1, up(y) - 1, 2.2, 2.2);
     });
   }
@@ -161,9 +174,28 @@ export class Law extends OnScreen {
   }
 }
 
-function extent(points, k) {
+// Position [mm], stiffness [N/mm] and the ends of its 95 % interval along a law: ln stiffness is linear between two knots.
+export function lawPoints(law, from, to, count = 60) {
+  const { deflection: x, ln_stiffness: y, variance, covariance } = law;
+  return Array.from({ length: count + 1 }, (_, k) => {
+    const at = 1e-3 * (from + (to - from) * k / count);
+    let i = 0;
+    while (i < x.length - 2 && at >= x[i + 1]) i++;
+    const u = (at - x[i]) / (x[i + 1] - x[i]), w = 1 - u;
+    const spread = 1.96 * Math.sqrt(Math.max(0, w * w * variance[i] + 2 * u * w * covariance[i] + u * u * variance[i + 1]));
+    const ln = w * y[i] + u * y[i + 1];
+    return [1e3 * at, 1e-3 * Math.exp(ln), 1e-3 * Math.exp(ln - spread), 1e-3 * Math.exp(ln + spread)];
+  });
+}
+
+function range(points, k) {
   let low = Infinity, high = -Infinity;
   for (const point of points) { low = Math.min(low, point[k]); high = Math.max(high, point[k]); }
+  return [low, high];
+}
+
+function extent(points, k) {
+  const [low, high] = range(points, k);
   const margin = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
   return [low - margin, high + margin];
 }

@@ -40,6 +40,11 @@ function row(id, title, unit, ...cells) {
   return element;
 }
 
+function lawCell(law) {
+  if (!law) return make("td", "", "–");
+  return make("td", law.valid ? "name" : "name off", `${law.name} `, tag(law.valid));
+}
+
 export function setStatus(id, status, text) {
   const element = byId(id);
   element.dataset.status = status;
@@ -94,7 +99,8 @@ export function updateTexts(state, paused) {
   if (paused) return;
   const sides = [state.transmission_1, state.transmission_2];
   byId("quantities").replaceChildren(...QUANTITIES.map(([name, title, unit, factor]) =>
-    row(name, title, unit, ...sides.map((side) => cell(side[name] ?? side.coefficients?.[name], factor)))));
+    row(name, title, unit, ...sides.map((side) => cell(side[name] ?? side.coefficients?.[name], factor)))),
+    row("elastic_law", "elastic law", "", ...sides.map((side) => lawCell(side.elastic_law))));
   sides.forEach((side, i) => { byId("coefficients").dataset[`stamp${i + 1}`] = side.stamp_ns ?? ""; });
   const counts = COUNTS.map(([name, title]) => row(name, title, "", ...sides.map((side) => make("td", "", String(side[name] ?? "–")))));
   const { delay } = state.joint, across = make("td", "", delay?.p50 === undefined ? "–" : `median ${delay.p50}, 99 % ${delay.p99}, maximum ${delay.max}`);

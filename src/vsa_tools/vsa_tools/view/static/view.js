@@ -5,7 +5,8 @@ import { setStatus, updateTexts } from "./table.js";
 
 const MAX_BINS = 1500, byId = (id) => document.getElementById(id);
 const drawing = new Drawing(byId("drawing"));
-const plots = [...PANELS.map((panel) => new Curves(byId("plots"), panel)), ...LAWS.map((law) => new Law(byId("plots"), law))];
+const curves = PANELS.map((panel) => new Curves(byId("plots"), panel)), laws = LAWS.map((law) => new Law(byId("plots"), law));
+const plots = [...curves, ...laws];
 let socket = null, channels = [], live = new Map(), binS = 0.02, epoch = null, due = false, retry = 250;
 let frozen = null; // while paused: a copy of the columns
 let zoom = null; // [from, to], seconds before the end of the frozen columns
@@ -26,7 +27,7 @@ function receive(frame) {
   if (frame.state) {
     listJoints(frame.state.joints);
     updateTexts(frame.state, paused());
-    if (!paused()) drawing.update(frame.state);
+    if (!paused()) { drawing.update(frame.state); for (const law of laws) law.update(frame.state); }
   }
   if (frame.begin === undefined) return;
   if (frame.epoch !== epoch) { clear(); epoch = frame.epoch; }
