@@ -25,7 +25,7 @@ RATE_HZ, CONTROL_HZ = 500, 100
 class Chain:
     """Rig, both estimators, joint and controller in closed loop; the initial coefficients are wrong."""
 
-    def __init__(self):
+    def __init__(self, **config):
         rig = RigConfig(
             rate_hz=RATE_HZ, seed=3, torque=TorqueConfig(amplitudes=(0.0,), frequencies=(1.0,), phases=(0.0,))
         )
@@ -33,7 +33,7 @@ class Chain:
         self.rig = Rig(self.config)
         sides = (self.config.transmission_1, self.config.transmission_2)
         self.estimators = [Estimator(estimator_config(c, self.config, i)) for i, c in enumerate(sides)]
-        self.fusion, self.supervisor = JointFusion(JointConfig()), Supervisor(ControlConfig())
+        self.fusion, self.supervisor = JointFusion(JointConfig()), Supervisor(ControlConfig(**config))
         self.inputs, self.period = Inputs(), 0
 
     def run(self, seconds, stiffness=None):
@@ -88,6 +88,24 @@ def test_with_live_estimates_stiffness_doubles_within_a_second_at_a_constant_ang
         assert set(modes) == {Mode.ACTIVE}
         assert np.abs(truth["angle"]).max() < 0.030
         assert np.abs(truth["angle"][-500:]).max() < 0.010
+
+
+def test_estimators_that_restart_at_rest_are_re_excited_and_the_next_step_is_reached():
+    chain = Chain(recovery_amplitude=5e-4)
+    chain.run(plan.INITIALIZATION_S)
+    chain.run(5.0, 4.0)
+    for estimator in chain.estimators:
+        estimator.reset()
+    truth, modes = chain.run(10.0, 4.0)
+    excited = modes.count(Mode.EXCITING) / CONTROL_HZ
+    assert Mode.HOLDING not in modes
+    assert modes[-1] is Mode.ACTIVE
+    assert 0.0 < excited < 3.0
+    assert np.abs(truth["angle"] - truth["angle"][0]).max() < ControlConfig().recovery_angle
+    truth, modes = chain.run(4.0, 2.0)
+    true = plan.true_stiffness(truth, JointConfig().joint)
+    assert np.abs(true[RATE_HZ:] / 2.0 - 1.0).max() < 0.05
+    assert set(modes) == {Mode.ACTIVE}
 
 
 def synthetic(tau=0.2):
