@@ -8,6 +8,7 @@ from vsa_common.config.configuration import FRAME_PREFIX, ConfigurationError, ch
 from vsa_joint.geometry import Joint, TendonPath, TendonPathStd
 
 CONSISTENT, PAPER = "consistent", "paper"
+SIMULATED_RECOVERY_AMPLITUDE = 5e-4  # [m] of a simulated joint, where no person has to be protected from a motion
 
 
 def per_transmission(default: float, unit: str, low: float, high: float, text: str) -> Any:
