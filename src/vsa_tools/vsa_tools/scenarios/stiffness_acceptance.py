@@ -51,24 +51,20 @@ def reached(time: Array, stiffness: Array, begins: Sequence[float]) -> list[dict
 
 
 def holds(modes: Sequence[ControlMode], end: float) -> list[dict[str, Any]]:
-    """Intervals up to `end` [s] in which the motors were held, and those of re-excitation, with their reason."""
-    found = []
-    for now, following in zip(modes, [*modes[1:], ControlMode(end, "", "")], strict=True):
-        if now.mode in ("holding", "exciting") and now.time < end:
-            if found and found[-1]["mode"] == now.mode and found[-1]["until_s"] == now.time:
-                found[-1]["until_s"] = min(following.time, end)  # the same interval with another reason
-                continue
-            found.append(
-                {"mode": now.mode, "at_s": now.time, "until_s": min(following.time, end), "reason": now.reason}
-            )
+    """Intervals up to `end` [s] in which the motors were held, and those of re-excitation, with their first reason."""
+    changes = [
+        one for one, last in zip(modes, [None, *modes[:-1]], strict=True) if last is None or one.mode != last.mode
+    ]
+    ends = [*(one.time for one in changes[1:]), end]
     return [
         {
-            "mode": one["mode"],
-            "at_s": round(one["at_s"], 3),
-            "duration_s": round(one["until_s"] - one["at_s"], 3),
-            "reason": one["reason"],
+            "mode": one.mode,
+            "at_s": round(one.time, 3),
+            "duration_s": round(min(until, end) - one.time, 3),
+            "reason": one.reason,
         }
-        for one in found
+        for one, until in zip(changes, ends, strict=True)
+        if one.mode in ("holding", "exciting") and one.time < end
     ]
 
 
