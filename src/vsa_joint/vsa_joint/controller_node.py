@@ -144,11 +144,12 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
             self.publish_health()
 
     def _mode_values(self) -> dict[str, object]:
-        """Mode, its duration, and what it waits for."""
+        """Mode, its duration, its reason, and what it waits for."""
         supervisor = self._supervisor
         values: dict[str, object] = {
             "mode": supervisor.mode.name.lower(),
             "mode_duration_s": f"{supervisor.duration(time.monotonic_ns()):.1f}",
+            "reason": supervisor.reason,
             "waits_for": supervisor.waits_for,
         }
         if supervisor.mode in (Mode.FEED_FORWARD, Mode.EXCITING):

@@ -53,11 +53,11 @@ class Command(NamedTuple):
 
 
 class ControlState(NamedTuple):
-    """Operating mode of the stiffness controller in its diagnostics, with the text."""
+    """Operating mode of the stiffness controller in its diagnostics, with its reason."""
 
     stamp_ns: int
     mode: str
-    text: str
+    reason: str
 
 
 class Estimate(NamedTuple):
@@ -155,7 +155,7 @@ class RecordedRun:
         for status in message.status:
             if status.name.startswith(self._controller):
                 values = {value.key: value.value for value in status.values}
-                self._add_mode(ControlState(stamp_ns, values.get("mode", ""), status.message))
+                self._add_mode(ControlState(stamp_ns, values.get("mode", ""), values.get("reason", status.message)))
 
     def _add_mode(self, state: ControlState) -> None:
         if state.mode and (not self.control or self.control[-1].mode != state.mode):

@@ -66,7 +66,7 @@ class Scenario(PlainScenario):
         begins = command_times(recorded, clock)
         figures = plan.figures(truth, joint, begins[: len(plan.step_commands())], self._refused)
         figures["reached"] = acceptance.reached(truth["time"], plan.true_stiffness(truth, joint), begins)
-        modes = [acceptance.ControlMode(clock.time(one.stamp_ns), one.mode, one.text) for one in recorded.control]
+        modes = [acceptance.ControlMode(clock.time(one.stamp_ns), one.mode, one.reason) for one in recorded.control]
         figures["holds"] = acceptance.holds(modes, plan.push_commands()[-1].end)
         (folder / "control.json").write_text(json.dumps(figures, indent=2) + "\n")
         _show(figures)
