@@ -25,8 +25,9 @@ DURATION = 25.0
 COMMANDS = {"/vsa/motor_commands", "/vsa/stiffness_command"}  # the demo publishes none
 
 
-def demo(out: Path, duration: float) -> subprocess.Popen:
+def demo(out: Path, duration: float, *options: str) -> subprocess.Popen:
     command = [executable("vsa_tools", "demo"), "--duration", str(duration), "--rate", str(RATE), "--out", str(out)]
+    command += options
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
@@ -70,10 +71,10 @@ def summary(finished) -> dict:
 @pytest.fixture(scope="module", params=[signal.SIGINT, signal.SIGKILL])
 def interrupted(request, tmp_path_factory) -> Iterator[tuple[int, Path, int, float]]:
     out = tmp_path_factory.mktemp("interrupted")
-    process = demo(out, 60.0)
+    process = demo(out, 60.0, "--busy", "1")
     try:
         assert wait_for(lambda: (out / "truth.csv").exists() and (out / "truth.csv").stat().st_size > 100_000, 120.0)
-        assert len(processes_of(out)) == 6
+        assert len(processes_of(out)) == 7
         process.send_signal(request.param)
         begin = time.monotonic()
         process.wait(30.0)

@@ -34,6 +34,12 @@ def test_defaults_set_nothing():
     assert parameters() == parameters("rig_simulator", simulated=True) == parameters("stiffness_controller") == {}
 
 
+def test_a_simulated_joint_is_re_excited_unless_the_file_has_the_amplitude(tmp_path):
+    assert parameters("stiffness_controller", simulated=True) == {"recovery_amplitude": 5e-4}
+    file = config(tmp_path / "a.yaml", "/**/stiffness_controller: {ros__parameters: {recovery_amplitude: 0.0}}")
+    assert parameters("stiffness_controller", simulated=True, config=file) == {}
+
+
 def test_each_argument_sets_its_parameter_in_the_nodes_that_have_it():
     given = {"autostart": "false", "use_sim_time": "true", "bus_channel": "239.1.1.1", "frame_prefix": "arm/"}
     common = {"autostart": False, "use_sim_time": True}

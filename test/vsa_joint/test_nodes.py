@@ -48,7 +48,7 @@ class Harness:
 
     def __init__(self):
         joint = start("joint", "frame_prefix:=left/", "joint_name:=elbow")
-        self.processes = [joint, start("stiffness_controller", "input_timeout:=0.08")]
+        self.processes = [joint, start("stiffness_controller", "input_timeout:=0.08", "law_error_max:=0.01")]
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=DOMAIN)
         self.node = rclpy.create_node("harness", namespace="vsa", context=self.context)
@@ -81,7 +81,7 @@ class Harness:
             assert time.monotonic() < end, "timeout"
             self.feed(**inputs)
 
-    def feed(self, transmissions=(0, 1), stiffness=None, delay=0.0):
+    def feed(self, transmissions=(0, 1), stiffness=None, delay=0.0, valid=True):
         """Publish one period of estimates and measurements, `delay` s old; their stamp [ns]."""
         stamp = time.time_ns() - int(delay * 1e9)
         for index in transmissions:
@@ -90,7 +90,7 @@ class Harness:
             message.force, message.force_valid = FORCE + 1e-6 * (stamp % 1000), True
             message.stiffness, message.stiffness_variance = spring.stiffness(FORCE), 100.0
             message.damping, message.inertia, message.status = 4000.0, 0.3, TransmissionImpedance.STATUS_VALID
-            message.stiffness_valid = message.damping_valid = message.inertia_valid = True
+            message.stiffness_valid = message.damping_valid = message.inertia_valid = valid
             self.impedance[index].publish(message)
             state = EstimatorState(deflection_reference=0.0, ln_stiffness_reference=spring.ln_stiffness, k2=spring.k2)
             state.force_offset, state.k2_valid, state.d1, state.d2 = spring.force_offset, True, 4000.0, -1e8
@@ -218,6 +218,30 @@ def test_a_stopped_estimator_invalidates_the_joint_and_the_motors_hold_in_time(h
     assert status.message
     assert not any(m.stiffness_valid and nanoseconds(m.header.stamp) > stopped for _, m in harness.joints)
     assert list(harness.commands[-1][1].position) == pytest.approx(MOTORS)
+
+
+def test_a_hold_for_an_invalid_stiffness_has_its_end_and_its_duration(harness):
+    good = joint_truth().stiffness
+    harness.run(1.5, stiffness=good)
+    harness.statuses.clear()
+
+    def values():
+        return [{v.key: v.value for v in m.values} for _, m in harness.statuses]
+
+    def held():
+        return [one for one in values() if one["mode"] == "holding" and float(one["mode_duration_s"]) >= 1.0]
+
+    harness.wait(held, timeout=20.0, stiffness=good, valid=False)
+    assert held()[0]["waits_for"].startswith("a valid stiffness: move the joint by hand")
+    modes = [one["mode"] for one in values() if one["mode"] != "active"]
+    assert list(dict.fromkeys(modes)) == ["feed_forward", "holding"]
+
+    def control():
+        return [m.message for _, array in harness.diagnostics for m in array.status if m.name.endswith(": control")][-1]
+
+    assert control().startswith("holding for ")
+    assert "waits for a valid stiffness" in control()
+    harness.wait(lambda: control() == "active", timeout=20.0, stiffness=good)
 
 
 def test_a_backlog_is_detected_by_its_stamps(harness):

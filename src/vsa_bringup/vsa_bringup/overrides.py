@@ -12,7 +12,7 @@ from vsa_common.config.configuration import flat
 from vsa_common.config.joints import DEFAULT
 from vsa_common.config.sections import OF_LAUNCH, PARAMETERS, applies, parameters_of, sections
 from vsa_driver.can.bus import BusConfig
-from vsa_joint.settings import JointConfig
+from vsa_joint.settings import SIMULATED_RECOVERY_AMPLITUDE, JointConfig
 
 MULTICAST = "udp_multicast"
 WITH_FRAMES = ("driver", "estimator_1", "estimator_2", "joint")  # nodes with the parameter frame_prefix
@@ -22,7 +22,8 @@ ON_THE_BUS = ("driver", "rig_simulator")
 def overrides(options: Options, namespace: str, node: str, simulated: bool) -> dict[str, dict[str, Any]]:
     """Parameters of one node that the arguments set, by the key of their section; empty without any.
 
-    `simulated`: a namespace has a bus of its own, unless a section of the file for it alone has one.
+    `simulated`: a namespace has a bus of its own, unless a section of the file for it alone has one, and the controller
+    re-excites, unless the file has the amplitude.
     """
     name = f"/{namespace}/{node}"
     given = {"autostart": options.autostart, "use_sim_time": options.use_sim_time}
@@ -34,6 +35,8 @@ def overrides(options: Options, namespace: str, node: str, simulated: bool) -> d
         values |= _joint_name(options, namespace)
     if node in ON_THE_BUS:
         values |= _bus(options, namespace, node, simulated)
+    if node == "stiffness_controller" and simulated:
+        values |= _recovery(options, name)
     return {_last_key(options.config, name): values} if values else {}
 
 
@@ -74,6 +77,12 @@ def _bus(options: Options, namespace: str, node: str, simulated: bool) -> dict[s
     elif simulated and (options.bus_interface or interface) == MULTICAST and not _has_own_bus(options, namespace, node):
         values["bus.channel"] = bus_channel(namespace)
     return values
+
+
+def _recovery(options: Options, name: str) -> dict[str, Any]:
+    """Re-excitation of a simulated joint, unless the file has its amplitude."""
+    given = "recovery_amplitude" in parameters_of(options.config, name)
+    return {} if given else {"recovery_amplitude": SIMULATED_RECOVERY_AMPLITUDE}
 
 
 def _joint_name(options: Options, namespace: str) -> dict[str, Any]:

@@ -155,12 +155,13 @@ class Estimator:
         self._finish_all_pending()
         supervisor = self._supervisor
         supervisor.tracker.update_uncertainty()
-        faults = [*self._latch.active_faults(self._stamp_ns), supervisor.modes.reason]
+        faults = self._latch.active_faults(self._stamp_ns)
         state = state_of(supervisor.tracker, self._estimate, Diagnostics(
             stamp_ns=self._stamp_ns,
-            faults=tuple(text for text in faults if text),
+            faults=tuple(text for text in (*faults, supervisor.modes.reason) if text),
             reset_count=supervisor.counters.resets,
             reset_reason=supervisor.counters.reset_reason,
+            sensor_fault=bool(faults),
             force_noise_std=supervisor.noise.force.std,
             deflection_noise_std=supervisor.noise.deflection.std,
             jerk_density=supervisor.noise.jerk.density,

@@ -4,6 +4,7 @@
 import time
 from collections import defaultdict
 from functools import partial
+from typing import TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.serialization import deserialize_message
@@ -20,15 +21,18 @@ from vsa_joint.control.supervisor import Supervisor
 from vsa_joint.settings import ControlConfig
 from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand
 
+_T = TypeVar("_T")
 CONTROL = "control"  # task of the diagnostics
 STATUS_MAX = 5  # highest status of JointImpedance
-_LEVEL = {Mode.IDLE: OK, Mode.ACTIVE: OK, Mode.HOLDING: ERROR}
+REPEAT_NS = 1_000_000_000  # [ns] between two statuses of an unchanged mode that waits
+_LEVEL = {Mode.IDLE: OK, Mode.ACTIVE: OK, Mode.HOLDING: ERROR, Mode.FEED_FORWARD: WARN, Mode.EXCITING: WARN}
 
 
 class StiffnessControllerNode(SuiteNode[ControlConfig]):
     """Command both motors for the equilibrium angle and the stiffness of `stiffness_command`.
 
-    The feasibility of each command, and each hold with its reason, are published on `~/status` immediately.
+    The feasibility of each command, and each change of mode with its reason, are published on `~/status` immediately;
+    a mode that waits is repeated once a second, with its duration.
     """
 
     def __init__(self) -> None:
@@ -37,7 +41,8 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
     def start(self) -> None:
         self._supervisor = Supervisor(self.config)
         self._inputs = Inputs()
-        self._published_mode: tuple[Mode, str] | None = None
+        self._published_mode: tuple[Mode, str, str] | None = None
+        self._published_ns = 0
         self._pending: dict[str, tuple[bytes, int]] = {}  # newest message of each topic, and its arrival [ns]
         self._offsets: defaultdict[str, ClockOffset] = defaultdict(ClockOffset)
         self._commands = self.create_publisher(JointState, "motor_commands", RELIABLE)
@@ -75,7 +80,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
 
     def health(self) -> Tasks:
         supervisor = self._supervisor
-        values: dict[str, object] = {"mode": supervisor.mode.name.lower(), "refused": supervisor.refused}
+        values = self._mode_values() | {"refused": supervisor.refused}
         if supervisor.target is not None:
             values["stiffness"], values["equilibrium"] = supervisor.target.stiffness, supervisor.target.equilibrium
         feasibility = supervisor.feasibility
@@ -87,6 +92,9 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
             values["predicted_error"] = f"{feasibility.predicted_error:.3g}"
         values["exciting"] = supervisor.control.exciting
         level, text = _LEVEL[supervisor.mode], supervisor.reason or supervisor.mode.name.lower()
+        if level != OK:
+            name, duration = values["mode"], values["mode_duration_s"]
+            text = f"{name} for {duration} s: {text}; waits for {supervisor.waits_for}"
         if feasibility is not None and feasibility.text:  # the last command was refused, or accepted with a warning
             refusal = feasibility.text if feasibility.accepted else f"command refused: {feasibility.text}"
             level, text = max(level, WARN), refusal if level == OK else f"{text}; {refusal}"
@@ -106,11 +114,10 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
     def _on_state(self, index: int, message: EstimatorState) -> None:
         inputs = self._inputs
         self._record_stamp(f"transmission_{index + 1}/estimator_state", message.header.stamp)
-        springs, arrivals, faults = list(inputs.springs), list(inputs.springs_ns), list(inputs.estimator_faults)
-        springs[index], arrivals[index] = identified_spring(message), time.monotonic_ns()
-        faults[index] = message.reason
-        inputs.springs, inputs.springs_ns = (springs[0], springs[1]), (arrivals[0], arrivals[1])
-        inputs.estimator_faults = (faults[0], faults[1])
+        inputs.springs = _replaced(inputs.springs, index, identified_spring(message))
+        inputs.springs_ns = _replaced(inputs.springs_ns, index, time.monotonic_ns())
+        inputs.estimator_faults = _replaced(inputs.estimator_faults, index, message.reason)
+        inputs.sensor_faults = _replaced(inputs.sensor_faults, index, message.sensor_fault)
 
     def _on_command(self, message: StiffnessCommand) -> None:
         self._decode_pending()
@@ -128,10 +135,26 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
             self._message.position = list(motors)
             self._commands.publish(self._message)
         mode, reason = supervisor.mode, supervisor.reason
-        if (mode, reason) != self._published_mode:
-            self._published_mode = (mode, reason)
+        state, now_ns = (mode, reason, supervisor.waits_for), time.monotonic_ns()
+        changed = state != self._published_mode
+        if changed or (_LEVEL[mode] != OK and now_ns - self._published_ns >= REPEAT_NS):
+            self._published_mode, self._published_ns = state, now_ns
             self._publish_status(_LEVEL[mode], reason or mode.name.lower())
+        if changed:
             self.publish_health()
+
+    def _mode_values(self) -> dict[str, object]:
+        """Mode, its duration, its reason, and what it waits for."""
+        supervisor = self._supervisor
+        values: dict[str, object] = {
+            "mode": supervisor.mode.name.lower(),
+            "mode_duration_s": f"{supervisor.duration(time.monotonic_ns()):.1f}",
+            "reason": supervisor.reason,
+            "waits_for": supervisor.waits_for,
+        }
+        if supervisor.mode in (Mode.FEED_FORWARD, Mode.EXCITING):
+            values["law_error"] = f"{supervisor.law_error:.3g}"
+        return values
 
     def _decode_pending(self) -> None:
         """Decode the newest message of each topic since the previous call."""
@@ -164,10 +187,7 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
     def _publish_status(self, level: int, text: str, target: Target | None = None, accepted: bool = True) -> None:
         supervisor = self._supervisor
         status = DiagnosticStatus(level=bytes([level]), name=self.get_fully_qualified_name(), message=text)
-        values: dict[str, object] = {
-            "stamp_ns": self.get_clock().now().nanoseconds,
-            "mode": supervisor.mode.name.lower(),
-        }
+        values = {"stamp_ns": self.get_clock().now().nanoseconds} | self._mode_values()
         if target is not None:
             values |= {"stiffness": target.stiffness, "equilibrium_angle": target.equilibrium, "accepted": accepted}
         feasibility = supervisor.feasibility
@@ -176,6 +196,10 @@ class StiffnessControllerNode(SuiteNode[ControlConfig]):
             values |= {"stiffness_min": reachable.stiffness_min, "stiffness_max": reachable.stiffness_max}
         status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         self._status.publish(status)
+
+
+def _replaced(pair: tuple[_T, _T], index: int, value: _T) -> tuple[_T, _T]:
+    return (value, pair[1]) if index == 0 else (pair[0], value)
 
 
 def _joint_measurement(message: JointImpedance) -> JointMeasurement:

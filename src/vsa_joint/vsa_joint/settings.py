@@ -8,6 +8,7 @@ from vsa_common.config.configuration import FRAME_PREFIX, ConfigurationError, ch
 from vsa_joint.geometry import Joint, TendonPath, TendonPathStd
 
 CONSISTENT, PAPER = "consistent", "paper"
+SIMULATED_RECOVERY_AMPLITUDE = 5e-4  # [m] of a simulated joint, where no person has to be protected from a motion
 
 
 def per_transmission(default: float, unit: str, low: float, high: float, text: str) -> Any:
@@ -141,4 +142,31 @@ class ControlConfig(Geometry, Limits, Motors):
         10.0,
         "predicted relative error of the stiffness above which self-excitation is active",
         tunable=True,
+    )
+    law_error_max: float = quantity(
+        0.05,
+        "",
+        0.0,
+        1.0,
+        "predicted relative error of the stiffness by the last valid law up to which control goes on without feedback"
+        " while the stiffness is invalid; 0: never",
+        tunable=True,
+    )
+    law_drift: float = quantity(
+        0.02, "1/sqrt(s)", 1e-4, 1.0, "growth of that error since the stiffness was valid", tunable=True
+    )
+    recovery_amplitude: float = quantity(
+        0.0,
+        "m",
+        0.0,
+        0.002,
+        "greatest amplitude of a transmission in the re-excitation of an invalid stiffness; 0: the motors hold instead",
+        tunable=True,
+    )
+    recovery_frequency: float = quantity(1.0, "Hz", 0.1, 5.0, "frequency of the re-excitation", tunable=True)
+    recovery_speed: float = quantity(
+        0.5, "rad/s", 0.01, 10.0, "greatest speed of a motor in the re-excitation", tunable=True
+    )
+    recovery_angle: float = quantity(
+        0.01, "rad", 1e-3, 0.2, "motion of the unloaded joint within which the re-excitation remains", tunable=True
     )

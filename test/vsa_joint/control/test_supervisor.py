@@ -108,7 +108,7 @@ def test_a_silent_input_holds_within_a_hundred_milliseconds(silent, expected):
 @pytest.mark.parametrize(
     ("joint", "expected"),
     [
-        (replace(GOOD, stiffness_valid=False, reason="transmission_1 CONVERGING"), "transmission_1 CONVERGING"),
+        (replace(GOOD, stiffness_valid=False, status=Status.FAULT, reason="transmission_1 FAULT"), "transmission_1"),
         (replace(GOOD, status=Status.STALE, reason="transmission_2 silent"), "transmission_2 silent"),
         (replace(GOOD, force_valid=False, status=Status.DEGRADED, reason="transmission_1 DEGRADED"), "transmission_1"),
     ],

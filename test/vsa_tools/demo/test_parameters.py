@@ -94,6 +94,7 @@ def test_the_plain_demo_is_an_empty_scenario(tmp_path):
     plain = load_scenario("", options(tmp_path))
     assert type(plain) is Scenario
     assert (plain.parameters(), list(plain.processes()), plain.evaluate(tmp_path)) == ({}, [], {})
+    assert plain.failures({}) == []
     with pytest.raises(ScenarioError, match="no scenario 'moon'"):
         load_scenario("moon", options(tmp_path))
 

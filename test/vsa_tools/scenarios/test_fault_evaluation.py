@@ -10,6 +10,7 @@ from vsa_tools.scenarios.fault_evaluation import (
     Estimates,
     acceptance,
     evaluate_fault,
+    failures,
     fault_intervals,
     recovery_time,
     rig_time,
@@ -58,9 +59,46 @@ def test_figures_and_acceptance_of_a_fault():
     ]
     one = evaluate_fault(first, 10 * SECOND, diagnostics, {"transmission_1": estimates(invalid=(10.2, 12.5))})
     assert (one["diagnosed_after_s"], one["undetected_error_s"]) == (0.4, 0.0)
-    assert acceptance([one]) == {"diagnosed": True, "valid_again": True, "no_undetected_error": True}
+    met = {"diagnosed": True, "isolated": True, "valid_again": True, "no_undetected_error": True}
+    assert acceptance([one]) == met
+    assert failures([one]) == []
     other = evaluate_fault(second, 20 * SECOND, diagnostics, {"joint": estimates(wrong=(20.1, 20.4))})
-    assert acceptance([one, other]) == {"diagnosed": False, "valid_again": True, "no_undetected_error": False}
+    assert acceptance([one, other]) == met | {"diagnosed": False, "no_undetected_error": False}
+    assert failures([one, other]) == [
+        "encoder spike -i 2 -v 0.001 at 20 s: not diagnosed",
+        "encoder spike -i 2 -v 0.001 at 20 s: wrong stiffness of joint marked valid for 0.30 s",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("transmission_1: encoder stuck: constant", "wrong isolation: transmission_1: encoder stuck: constant"),
+        (
+            "transmission_2: force sensor stuck: constant",
+            "wrong isolation: transmission_2: force sensor stuck: constant",
+        ),
+    ],
+)
+def test_a_fault_that_is_isolated_as_another_one_fails(text, sentence):
+    first, _ = fault_intervals(EVENTS)
+    right = Diagnostic(int(10.4e9), "transmission_1: force sensor stuck: x")
+    sources = {"transmission_1": estimates(invalid=(10.2, 12.5))}
+    one = evaluate_fault(first, 10 * SECOND, [Diagnostic(int(10.2e9), text), right], sources)
+    assert not acceptance([one])["isolated"]
+    assert failures([one]) == [f"force stuck -i 1 -t 2 at 10 s: {sentence}"]
+    late = Diagnostic(int(10.6e9), text)
+    assert acceptance([evaluate_fault(first, 10 * SECOND, [right, late], sources)])["isolated"]
+
+
+def test_a_late_diagnosis_and_a_missing_recovery_fail():
+    first, _ = fault_intervals(EVENTS)
+    late = Diagnostic(int(11.5e9), "transmission_1: force sensor stuck: x")
+    one = evaluate_fault(first, 10 * SECOND, [late], {"transmission_1": estimates(invalid=(10.2, 30.0))})
+    assert failures([one]) == [
+        "force stuck -i 1 -t 2 at 10 s: diagnosed after 1.50 s",
+        "force stuck -i 1 -t 2 at 10 s: not valid again",
+    ]
 
 
 def test_every_failure_type_has_a_diagnosis_pattern():

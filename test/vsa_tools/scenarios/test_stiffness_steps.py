@@ -1,7 +1,10 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Schedule and evaluation of the stiffness steps, and a short closed-loop run of the pure cores."""
 
+import argparse
+import tarfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,15 +20,19 @@ from vsa_joint.settings import ControlConfig, JointConfig
 from vsa_simulator.rig.config import RigConfig, TorqueConfig
 from vsa_simulator.rig.dynamics import TRUTH
 from vsa_simulator.rig.rig import Rig
+from vsa_tools.demo.command import exit_code
+from vsa_tools.scenarios import stiffness_acceptance as acceptance
 from vsa_tools.scenarios import stiffness_plan as plan
+from vsa_tools.scenarios.stiffness_steps import Scenario
 
+STORED_RUN = Path(__file__).parents[2] / "golden" / "stored_run.tar.xz"
 RATE_HZ, CONTROL_HZ = 500, 100
 
 
 class Chain:
     """Rig, both estimators, joint and controller in closed loop; the initial coefficients are wrong."""
 
-    def __init__(self):
+    def __init__(self, **config):
         rig = RigConfig(
             rate_hz=RATE_HZ, seed=3, torque=TorqueConfig(amplitudes=(0.0,), frequencies=(1.0,), phases=(0.0,))
         )
@@ -33,7 +40,7 @@ class Chain:
         self.rig = Rig(self.config)
         sides = (self.config.transmission_1, self.config.transmission_2)
         self.estimators = [Estimator(estimator_config(c, self.config, i)) for i, c in enumerate(sides)]
-        self.fusion, self.supervisor = JointFusion(JointConfig()), Supervisor(ControlConfig())
+        self.fusion, self.supervisor = JointFusion(JointConfig()), Supervisor(ControlConfig(**config))
         self.inputs, self.period = Inputs(), 0
 
     def run(self, seconds, stiffness=None):
@@ -90,6 +97,24 @@ def test_with_live_estimates_stiffness_doubles_within_a_second_at_a_constant_ang
         assert np.abs(truth["angle"][-500:]).max() < 0.010
 
 
+def test_estimators_that_restart_at_rest_are_re_excited_and_the_next_step_is_reached():
+    chain = Chain(recovery_amplitude=5e-4)
+    chain.run(plan.INITIALIZATION_S)
+    chain.run(5.0, 4.0)
+    for estimator in chain.estimators:
+        estimator.reset()
+    truth, modes = chain.run(10.0, 4.0)
+    excited = modes.count(Mode.EXCITING) / CONTROL_HZ
+    assert Mode.HOLDING not in modes
+    assert modes[-1] is Mode.ACTIVE
+    assert 0.0 < excited < 3.0
+    assert np.abs(truth["angle"] - truth["angle"][0]).max() < ControlConfig().recovery_angle
+    truth, modes = chain.run(4.0, 2.0)
+    true = plan.true_stiffness(truth, JointConfig().joint)
+    assert np.abs(true[RATE_HZ:] / 2.0 - 1.0).max() < 0.05
+    assert Mode.HOLDING not in modes
+
+
 def synthetic(tau=0.2):
     """Truth of a joint that follows each command with a first-order lag, and the torque of the pushes."""
     time = np.arange(0.0, plan.duration(), 0.002)
@@ -119,6 +144,69 @@ def test_settling_is_measured_from_the_command():
     assert list(doubled.row()) == [
         "from", "to", "settle_5pct_s", "equilibrium_steady_mrad", "equilibrium_transient_mrad", "steady_error",
     ]  # fmt: skip
+
+
+def actual_begins():
+    return [command.time for command in acceptance.commands()]
+
+
+def test_every_command_of_a_joint_that_follows_is_reached_and_nothing_fails():
+    time, stiffness, _ = synthetic(tau=0.2)
+    reached = acceptance.reached(time, stiffness, actual_begins())
+    assert [one["stiffness"] for one in reached] == [*plan.STEPS, *plan.PUSH_STIFFNESSES]
+    expected = 0.2 * np.log(np.log(2.0) / -np.log(0.95))
+    assert reached[1]["reached_s"] == pytest.approx(expected, abs=0.01)
+    assert acceptance.failures({"reached": reached, "holds": []}) == []
+
+
+def test_a_step_that_is_not_reached_fails_with_its_time_and_error():
+    time, stiffness, _ = synthetic(tau=0.2)
+    locked = plan.INITIALIZATION_S + 2 * plan.STEP_S + 4.0  # at 4 N m/rad
+    stiffness = np.where(time > locked, 4.0, stiffness)
+    failures = acceptance.failures({"reached": acceptance.reached(time, stiffness, actual_begins()), "holds": []})
+    assert failures[0] == "2 N m/rad, commanded at 39.0 s, not reached: +100.0 % at its end"
+    assert len(failures) == 7  # all but those of 4 N m/rad
+
+
+def test_a_passage_through_the_band_is_not_reached_and_an_excursion_after_it_is():
+    time, stiffness, _ = synthetic(tau=0.2)
+    begin = plan.step_commands()[1].time
+    late = (time > begin + 3.0) & (time < begin + 5.0)
+    assert acceptance.reached(time, np.where(late, 2.5, stiffness), actual_begins())[1]["reached_s"] < 1.0
+    passing = np.where(time > begin + 0.8, 2.5, stiffness)
+    assert acceptance.reached(time, passing, actual_begins())[1]["reached_s"] is None
+
+
+def test_holds_of_one_cause_are_one_and_a_long_one_fails_with_its_reason():
+    modes = [
+        acceptance.ControlMode(24.0, "active", ""),
+        acceptance.ControlMode(30.0, "holding", "joint stiffness invalid"),
+        acceptance.ControlMode(30.8, "holding", "joint_impedance silent"),
+        acceptance.ControlMode(31.2, "active", ""),
+        acceptance.ControlMode(40.0, "exciting", "joint stiffness invalid"),
+        acceptance.ControlMode(42.0, "active", ""),
+        acceptance.ControlMode(50.0, "holding", "stiffness_command stopped"),
+    ]
+    holds = acceptance.holds(modes, 50.5)
+    assert [(one["mode"], one["duration_s"]) for one in holds] == [
+        ("holding", 1.2), ("exciting", 2.0), ("holding", 0.5),
+    ]  # fmt: skip
+    assert acceptance.failures({"reached": [], "holds": holds}) == [
+        "motors held for 1.2 s from 30.0 s on: joint stiffness invalid"
+    ]
+
+
+def test_a_stored_run_is_evaluated_with_its_exit_code(tmp_path, capsys):
+    with tarfile.open(STORED_RUN) as archive:
+        archive.extractall(tmp_path, filter="data")
+    scenario = Scenario(argparse.Namespace(duration=0.0, out=tmp_path / "run"))
+    figures = scenario.evaluate(tmp_path / "run")
+    assert len(figures["reached"]) == len(acceptance.commands())
+    failures = scenario.failures(figures)
+    assert failures
+    assert exit_code(failures) == 1
+    assert f"demo: {failures[0]}" in capsys.readouterr().err
+    assert exit_code([]) == 0
 
 
 def test_rendered_stiffness_is_torque_over_angle():

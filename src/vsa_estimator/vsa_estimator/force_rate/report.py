@@ -108,6 +108,7 @@ def state_of(snapshot: Snapshot, estimate: Estimate | None, diagnostics: Mapping
         reason=reason or ("" if stiffness_valid else NOT_CONVERGED),
         reset_count=snapshot.reset_count,
         reset_reason=snapshot.reset_reason,
+        sensor_fault=False,  # this formulation has no checks of the sensors
         deflection_reference=snapshot.reference,
         **exponential_law(snapshot.reference, (*values[:2], values[C.F0]), covariance[:2, :2]).fields(stiffness_valid),
         coefficient_covariance=tuple(covariance.ravel().tolist()),

@@ -74,6 +74,7 @@ class State(NamedTuple):
     reason: str
     reset_count: int
     reset_reason: ResetReason
+    sensor_fault: bool
     deflection: float
     deflection_variance: float
     deflection_valid: bool

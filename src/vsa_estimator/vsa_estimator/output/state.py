@@ -28,6 +28,7 @@ class Diagnostics:
     faults: tuple[str, ...]
     reset_count: int
     reset_reason: ResetReason
+    sensor_fault: bool
     force_noise_std: float
     deflection_noise_std: float
     jerk_density: float

@@ -15,9 +15,9 @@ import math
 from vsa_joint.control.motor_map import MotorMap
 from vsa_joint.control.records import Feasibility, Measurement, Target
 from vsa_joint.control.setpoint_filter import SetpointFilter
-from vsa_joint.control.springs import force_variance, position_variance
+from vsa_joint.control.springs import Springs, force_variance, position_variance
 from vsa_joint.control.stiffness_range import StiffnessRange, force_for, reachable_range, relative_std
-from vsa_joint.control.tendon_motion import CoContractionMotion
+from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation
 from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import (
@@ -51,9 +51,11 @@ class StiffnessControl:
         self._integral_trim = 0.0  # ln K
         self._slack_protection = 0.0  # N
         self._integral = 0.0  # of the equilibrium loop [rad]
+        self._correction = 0.0  # of the equilibrium [rad]
         self._phase = 0.0  # of the self-excitation [rad]
         self._motors = MotorMap(config)
         self._motion = CoContractionMotion(config.joint)
+        self._excitation = ReExcitation(config.joint)
 
     def reconfigure(self, config: ControlConfig) -> None:
         """Apply the tunable parameters of another configuration; the state stays, the set-point filters are the same.
@@ -73,12 +75,14 @@ class StiffnessControl:
         self._filtered_setpoint = self._log_above_offset(unloaded_force(measurement.tension, self._config.radius))
         self._log_force, self._rest_angle = SetpointFilter(self._filtered_setpoint), SetpointFilter(self.equilibrium)
         self._integral_trim = self._slack_protection = self._integral = self._phase = self._setpoint = 0.0
+        self._correction = 0.0
+        self._excitation = ReExcitation(self.joint)
         self._motion.start(self._force)
         self._motors.fit_zero(measurement.motors, self._force, self.equilibrium, measurement.springs)
 
     def check_command(self, target: Target, measurement: Measurement) -> Feasibility:
         """Whether the target is reachable under the present load with an acceptable predicted error."""
-        config, springs = self._config, measurement.springs
+        config = self._config
         reachable = self.reachable(measurement, target.equilibrium)
         if reachable is None:
             return Feasibility(False, f"no stiffness is reachable under {self._load:.3g} N m", None, math.inf)
@@ -88,11 +92,7 @@ class StiffnessControl:
         if target.stiffness not in reachable:
             text = f"{target.stiffness:.3g} N m/rad cannot be reached at {target.equilibrium:.3g} rad; {span}"
             return Feasibility(False, text, reachable, math.inf)
-        force = force_for(target.stiffness, self._load, springs, self.joint, reachable)
-        error = max(
-            relative_std(force, self._load, springs, self.joint, variance)
-            for variance in (position_variance, force_variance)
-        )
+        error = self._predicted_error(target, measurement.springs, reachable)
         if error > config.error_max:
             text = f"predicted error of the stiffness {error:.0%}: move the joint until k2 and F0 converge"
             return Feasibility(False, text, reachable, error)
@@ -107,20 +107,62 @@ class StiffnessControl:
             return None
         return self._motors.clip_to_motors(reachable, self._load, equilibrium, springs)
 
-    def step(self, target: Target, measurement: Measurement) -> tuple[float, float]:
-        """Motor positions [rad] for this period."""
+    def predicted_error(self, target: Target, measurement: Measurement) -> float:
+        """Predicted relative standard deviation of the stiffness at the target."""
+        reachable = self.reachable(measurement, target.equilibrium)
+        return math.inf if reachable is None else self._predicted_error(target, measurement.springs, reachable)
+
+    def step(self, target: Target, measurement: Measurement, feedback: bool = True) -> tuple[float, float]:
+        """Motor positions [rad] for this period; without `feedback` the corrections keep their values."""
         self._update_equilibrium(measurement)
         reachable = reachable_range(0.0, measurement.springs, self.joint, self._config)
         if reachable is None:
             return measurement.motors
-        self._update_force(target, measurement, reachable)
+        self._update_force(target, measurement, reachable, feedback)
         rest_angle = self._rest_angle.step(target.equilibrium, self._config.rest_time, self._dt)
-        correction = self._update_correction(rest_angle)
+        if feedback:
+            self._correction = self._update_correction(rest_angle)
         self._update_slack_protection(measurement)
         force = self._force + self._slack_protection + self._update_dither(target, measurement, reachable)
+        return self._positions(force + self._excitation.fade(self._config), measurement.springs, reachable)
+
+    def start_excitation(self) -> None:
+        """Begin `excite`: the present unloaded equilibrium is its reference."""
+        self._excitation.start(self.equilibrium)
+
+    def excite(self, measurement: Measurement, last: tuple[float, float]) -> tuple[float, float]:
+        """Motor positions [rad] for this period of the re-excitation; `last` are those of the last period.
+
+        The set-points of force and equilibrium stay.
+        """
+        self._update_equilibrium(measurement)
+        springs, config = measurement.springs, self._config
+        reachable = reachable_range(0.0, springs, self.joint, config)
+        if reachable is None:
+            return last
+        self._log_force.step(self._filtered_setpoint, self._time_constant, self._dt)
+        self._update_slack_protection(measurement)
+        about = self._force + self._slack_protection
+        force = self._excitation.step(about, self.equilibrium, springs, reachable, config)
+        first, second = self._positions(force, springs, reachable)
+        travel = config.recovery_speed * self._dt
+        return (
+            min(max(first, last[0] - travel), last[0] + travel),
+            min(max(second, last[1] - travel), last[1] + travel),
+        )
+
+    def _positions(self, force: float, springs: Springs, reachable: StiffnessRange) -> tuple[float, float]:
+        """Motor positions [rad] for a force of transmission_1 [N], clipped to the range, at the present equilibrium."""
         force = min(max(force, reachable.force_min), reachable.force_max)
-        moved = self._motion.step(force, measurement.springs, self._dt)
-        return self._motors.clip(self._motors.positions_at(*moved, rest_angle + correction))
+        moved = self._motion.step(force, springs, self._dt)
+        return self._motors.clip(self._motors.positions_at(*moved, self._rest_angle.value + self._correction))
+
+    def _predicted_error(self, target: Target, springs: Springs, reachable: StiffnessRange) -> float:
+        force = force_for(target.stiffness, self._load, springs, self.joint, reachable)
+        return max(
+            relative_std(force, self._load, springs, self.joint, variance)
+            for variance in (position_variance, force_variance)
+        )
 
     def _update_equilibrium(self, measurement: Measurement) -> None:
         """Observer of the unloaded equilibrium: implicit Euler step of D z' = tau - K z."""
@@ -130,7 +172,9 @@ class StiffnessControl:
         self._load += self._dt / self._config.load_time * (torque - self._load)
         self.equilibrium = measurement.angle - self._deflection
 
-    def _update_force(self, target: Target, measurement: Measurement, reachable: StiffnessRange) -> None:
+    def _update_force(
+        self, target: Target, measurement: Measurement, reachable: StiffnessRange, feedback: bool
+    ) -> None:
         """Filter ln(F - F0) towards the force of the target stiffness; integral trim within the settle band."""
         config, stiffness = self._config, max(measurement.stiffness, MIN_STIFFNESS)
         if target.stiffness != self._setpoint:
@@ -143,7 +187,7 @@ class StiffnessControl:
         gain = 1.0 - math.exp(-self._dt / self._time_constant)
         self._filtered_setpoint += (setpoint - self._filtered_setpoint) * gain
         log_force = self._log_force.step(self._filtered_setpoint, self._time_constant, self._dt)
-        if abs(log_force - setpoint) < SETTLE_BAND:
+        if feedback and abs(log_force - setpoint) < SETTLE_BAND:
             error = math.log(target.stiffness / stiffness)
             trim = self._integral_trim + config.stiffness_gain * self._dt * error
             self._integral_trim = min(max(trim, -TRIM_MAX), TRIM_MAX)

@@ -4,8 +4,8 @@
 import math
 
 from vsa_common.types import Status
-from vsa_joint.control.records import Inputs, JointMeasurement
-from vsa_joint.control.springs import Spring
+from vsa_joint.control.records import Fault, Inputs, JointMeasurement
+from vsa_joint.control.springs import Spring, Springs
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import (
     MAX_FUTURE_NS,
@@ -16,6 +16,7 @@ from vsa_joint.tuning import (
 )
 
 SECOND_NS = 1_000_000_000
+MOTION = "a valid stiffness: move the joint by hand against both springs, over a millimetre of deflection or more"
 
 
 class InputMonitor:
@@ -41,45 +42,54 @@ class InputMonitor:
                 self._changed_ns[index] = now_ns
         self._tension = inputs.joint.tension
 
-    def fault(self, inputs: Inputs, now_ns: int) -> str:
-        """Reason why control is not possible; empty without a fault."""
+    def fault(self, inputs: Inputs, law: Springs | None, now_ns: int) -> Fault | None:
+        """Why control is not possible; None without a fault.
+
+        `law` is the last valid one. With it a stiffness that is invalid without a sensor fault is none: `invalidity`.
+        """
         joint = inputs.joint
         age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
         if joint is None or age:
-            return format_fault(age or "joint_impedance silent", self._estimator_faults(inputs, now_ns))
-        invalid = _validity_fault(joint)
-        if invalid:
-            return format_fault(invalid, inputs.estimator_faults)
+            faults = self._estimator_faults(inputs, now_ns)
+            age = age or Fault("joint_impedance silent", "joint_impedance")
+            return Fault(format_fault(age.text, faults), age.waits_for)
+        invalid = _validity_fault(joint, any(inputs.sensor_faults), law is not None)
+        if invalid is not None:
+            return Fault(format_fault(invalid.text, inputs.estimator_faults), invalid.waits_for)
         age = self._age_fault("joint_states", inputs.angle_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
         if not math.isfinite(inputs.angle) or age:
-            return age or "joint_states silent"
+            return age or Fault("joint_states silent", "joint_states")
         age = self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
         if inputs.motors is None or age:
-            return age or "motor_states silent"
-        for number, spring, arrival in zip((1, 2), inputs.springs, inputs.springs_ns, strict=True):
+            return age or Fault("motor_states silent", "motor_states")
+        springs = inputs.springs if joint.stiffness_valid or law is None else law
+        for number, spring, arrival in zip((1, 2), springs, inputs.springs_ns, strict=True):
             name = f"transmission_{number}/estimator_state"
             age = self._age_fault(name, arrival, STATE_TIMEOUT_NS, inputs, now_ns)
             if spring is None or age:
-                return age or f"{name} silent"
-            fault = self._force_fault(number, 2.0 * joint.tension[number - 1], spring, now_ns)
-            if fault:
-                return fault
-        return ""
+                return age or Fault(f"{name} silent", name)
+            force = self._force_fault(number, 2.0 * joint.tension[number - 1], spring, now_ns)
+            if force:
+                return Fault(force, f"a plausible force of transmission_{number}")
+        return None
 
     def _estimator_faults(self, inputs: Inputs, now_ns: int) -> tuple[str, str]:
         """Fault of each estimator; `silent` after half of the input timeout."""
         silent = ["silent" if 2 * (now_ns - arrival) > self._timeout_ns else "" for arrival in inputs.springs_ns]
         return inputs.estimator_faults[0] or silent[0], inputs.estimator_faults[1] or silent[1]
 
-    def _age_fault(self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int) -> str:
+    def _age_fault(self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int) -> Fault | None:
         """Fault of an input that exceeds `timeout_ns` before the next period, by its arrival or by its stamp."""
         limit_ns = max(timeout_ns - self._period_ns, timeout_ns // 2)
         if now_ns - arrival_ns > limit_ns:
-            return f"{name} silent"
+            return Fault(f"{name} silent", name)
         age_ns = now_ns - inputs.measured_ns.get(name, arrival_ns)
         if age_ns > limit_ns:
-            return f"{name} comes late: more than {limit_ns // 1_000_000} ms old by its stamps"
-        return f"{name} is stamped in the future: check the clock synchronization" if age_ns < -MAX_FUTURE_NS else ""
+            text = f"{name} comes late: more than {limit_ns // 1_000_000} ms old by its stamps"
+            return Fault(text, f"a newer {name}")
+        if age_ns < -MAX_FUTURE_NS:
+            return Fault(f"{name} is stamped in the future: check the clock synchronization", "synchronized clocks")
+        return None
 
     def _force_fault(self, number: int, force: float, spring: Spring, now_ns: int) -> str:
         config = self._config
@@ -99,7 +109,22 @@ def format_fault(fault: str, estimator_faults: tuple[str, str]) -> str:
     return f"{fault} ({'; '.join(parts)})" if parts else fault
 
 
-def _validity_fault(joint: JointMeasurement) -> str:
-    if joint.status in (Status.STALE, Status.FAULT, Status.INITIALIZING) or not joint.stiffness_valid:
-        return f"joint stiffness invalid: {joint.reason or Status(joint.status).name}"
-    return "" if joint.force_valid else f"tension invalid: {joint.reason or 'force sensor fault'}"
+def invalidity(inputs: Inputs) -> str:
+    """Why the stiffness of the joint is invalid, with the reasons of the estimators; empty where it is valid."""
+    joint = inputs.joint
+    if joint is None or joint.stiffness_valid:
+        return ""
+    text = f"joint stiffness invalid: {joint.reason or Status(joint.status).name}"
+    return format_fault(text, inputs.estimator_faults)
+
+
+def _validity_fault(joint: JointMeasurement, sensor_fault: bool, has_law: bool) -> Fault | None:
+    reason = joint.reason or Status(joint.status).name
+    if joint.status in (Status.STALE, Status.FAULT, Status.INITIALIZING):
+        return Fault(f"joint stiffness invalid: {reason}", "samples of both transmissions")
+    if not joint.stiffness_valid and not (has_law and not sensor_fault):
+        return Fault(f"joint stiffness invalid: {reason}", "the end of the sensor fault" if sensor_fault else MOTION)
+    if joint.stiffness_valid and not joint.force_valid:
+        text = f"tension invalid: {joint.reason or 'force sensor fault'}"
+        return Fault(text, "valid forces of both transmissions")
+    return None

@@ -12,32 +12,51 @@ class Mode(IntEnum):
     """Operating mode; its lower-case name is the diagnostic value."""
 
     IDLE = 0  # before the first accepted command: no motor commands
-    ACTIVE = 1
+    ACTIVE = 1  # feed-forward by the live law, feedback by the live estimate
     HOLDING = 2  # constant motor positions
+    FEED_FORWARD = 3  # stiffness invalid: the last valid law without feedback
+    EXCITING = 4  # stiffness invalid: co-contraction about the present state, until it is valid again
 
 
 class Event(IntEnum):
     """Result of the input checks in one control period."""
 
-    FAULT = auto()
-    RECOVERED = auto()  # healthy for the required duration
+    FAULT = auto()  # no control possible
+    VALID = auto()  # the stiffness is valid
+    TOLERABLE = auto()  # the stiffness is invalid without a sensor fault; the last valid law is within its tolerance
+    INVALID = auto()  # likewise, and the last valid law is beyond its tolerance
 
 
 TRANSITIONS = {
     (Mode.IDLE, Event.FAULT): Mode.HOLDING,
-    (Mode.IDLE, Event.RECOVERED): Mode.ACTIVE,
+    (Mode.IDLE, Event.VALID): Mode.ACTIVE,
+    (Mode.IDLE, Event.TOLERABLE): Mode.FEED_FORWARD,
+    (Mode.IDLE, Event.INVALID): Mode.EXCITING,
     (Mode.ACTIVE, Event.FAULT): Mode.HOLDING,
-    (Mode.ACTIVE, Event.RECOVERED): Mode.ACTIVE,
+    (Mode.ACTIVE, Event.VALID): Mode.ACTIVE,
+    (Mode.ACTIVE, Event.TOLERABLE): Mode.FEED_FORWARD,
+    (Mode.ACTIVE, Event.INVALID): Mode.EXCITING,
     (Mode.HOLDING, Event.FAULT): Mode.HOLDING,
-    (Mode.HOLDING, Event.RECOVERED): Mode.ACTIVE,
+    (Mode.HOLDING, Event.VALID): Mode.ACTIVE,
+    (Mode.HOLDING, Event.TOLERABLE): Mode.FEED_FORWARD,
+    (Mode.HOLDING, Event.INVALID): Mode.EXCITING,
+    (Mode.FEED_FORWARD, Event.FAULT): Mode.HOLDING,
+    (Mode.FEED_FORWARD, Event.VALID): Mode.ACTIVE,
+    (Mode.FEED_FORWARD, Event.TOLERABLE): Mode.FEED_FORWARD,
+    (Mode.FEED_FORWARD, Event.INVALID): Mode.EXCITING,
+    (Mode.EXCITING, Event.FAULT): Mode.HOLDING,
+    (Mode.EXCITING, Event.VALID): Mode.ACTIVE,
+    (Mode.EXCITING, Event.TOLERABLE): Mode.EXCITING,  # a command that the law predicts better does not end it
+    (Mode.EXCITING, Event.INVALID): Mode.EXCITING,
 }
 
 
 class OperatingMode:
-    """The current mode with the held positions; `hold` and `resume` are the only transitions."""
+    """The current mode with its begin and the held positions; `handle` makes the only transitions."""
 
     def __init__(self) -> None:
         self._mode = Mode.IDLE
+        self._since_ns: int | None = None
         self._held: Positions | None = None
         self._held_since_ns = 0
         self._healthy_since_ns: int | None = None
@@ -52,27 +71,36 @@ class OperatingMode:
         """Positions of the current or last hold; None before the first, or without a measured position."""
         return self._held
 
-    def hold(self, positions: Positions | None, now_ns: int) -> None:
-        """Fault: hold `positions`, or continue the present hold."""
-        if self._mode is not Mode.HOLDING or self._held is None:
-            self._held, self._held_since_ns = positions, now_ns
-        self._healthy_since_ns = None
-        self._mode = TRANSITIONS[self._mode, Event.FAULT]
+    def duration(self, now_ns: int) -> float:
+        """Time in the current mode [s]; 0 before the first change."""
+        return 0.0 if self._since_ns is None else (now_ns - self._since_ns) * 1e-9
 
-    def resume(self, now_ns: int) -> bool:
-        """Healthy inputs: become ACTIVE as soon as they are healthy long enough. Whether the mode is ACTIVE.
+    def handle(self, event: Event, positions: Positions | None, now_ns: int) -> bool:
+        """Change the mode; whether it has changed.
 
-        After a hold of at most SHORT_HOLD_NS they must be healthy for as long as the hold, else for RECOVERY_NS.
+        A hold keeps its first `positions`. It ends as soon as the inputs are healthy for long enough: after a hold of
+        at most SHORT_HOLD_NS for as long as the hold, else for RECOVERY_NS.
         """
-        if self._mode is Mode.HOLDING:
-            if self._healthy_since_ns is None:
-                self._healthy_since_ns = now_ns
-            held_ns = self._healthy_since_ns - self._held_since_ns
-            if now_ns - self._healthy_since_ns < (held_ns if held_ns <= SHORT_HOLD_NS else RECOVERY_NS):
-                return False
-        self._mode = TRANSITIONS[self._mode, Event.RECOVERED]
+        if event is Event.FAULT:
+            self._healthy_since_ns = None
+            if self._mode is not Mode.HOLDING or self._held is None:
+                self._held, self._held_since_ns = positions, now_ns
+        elif self._mode is Mode.HOLDING and not self._is_recovered(now_ns):
+            return False
+        before, self._mode = self._mode, TRANSITIONS[self._mode, event]
+        if self._mode is before:
+            return False
+        self._since_ns = now_ns
         return True
 
     def needs_engagement(self, now_ns: int) -> bool:
-        """Whether the control state is outdated: before the first activation, or after a hold beyond RECOVERY_NS."""
-        return self._mode is Mode.IDLE or now_ns - self._held_since_ns > RECOVERY_NS
+        """Whether the control state is outdated: before the first activation, or in a hold beyond RECOVERY_NS."""
+        if self._mode is Mode.HOLDING:
+            return now_ns - self._held_since_ns > RECOVERY_NS
+        return self._mode is Mode.IDLE
+
+    def _is_recovered(self, now_ns: int) -> bool:
+        if self._healthy_since_ns is None:
+            self._healthy_since_ns = now_ns
+        held_ns = self._healthy_since_ns - self._held_since_ns
+        return now_ns - self._healthy_since_ns >= (held_ns if held_ns <= SHORT_HOLD_NS else RECOVERY_NS)

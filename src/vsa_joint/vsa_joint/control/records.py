@@ -18,7 +18,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Measurement:
-    """State of the joint in one control period, from valid estimates and measurements only."""
+    """State of the joint in one control period, from valid measurements and the last valid estimates."""
 
     angle: float  # rad
     tension: tuple[float, float]  # N
@@ -36,6 +36,14 @@ class Feasibility:
     text: str
     reachable: StiffnessRange | None
     predicted_error: float  # relative, of the stiffness
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Why control is not possible, and what it waits for."""
+
+    text: str
+    waits_for: str
 
 
 @dataclass(frozen=True)
@@ -68,4 +76,5 @@ class Inputs:
     springs: tuple[Spring | None, Spring | None] = (None, None)
     springs_ns: tuple[int, int] = (0, 0)
     estimator_faults: tuple[str, str] = ("", "")
+    sensor_faults: tuple[bool, bool] = (False, False)  # whether an estimator has detected one
     measured_ns: dict[str, int] = field(default_factory=dict)

@@ -37,8 +37,13 @@ def partner_force(force: float, torque: float, joint: Joint) -> float:
 
 def stiffness_at(force: float, torque: float, springs: Springs, joint: Joint) -> float:
     """Joint stiffness [N m/rad] at a force of transmission_1 [N] under an external torque [N m]."""
+    return stiffness_at_forces((force, partner_force(force, torque, joint)), springs, joint)
+
+
+def stiffness_at_forces(forces: tuple[float, float], springs: Springs, joint: Joint) -> float:
+    """Joint stiffness [N m/rad] at the forces of both transmissions [N]."""
     first, second = springs
-    return joint_stiffness((first.stiffness(force), second.stiffness(partner_force(force, torque, joint))), joint)
+    return joint_stiffness((first.stiffness(forces[0]), second.stiffness(forces[1])), joint)
 
 
 def relative_std(

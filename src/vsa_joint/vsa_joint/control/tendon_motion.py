@@ -6,10 +6,13 @@ transmission leads the other. Motors that follow this motion exert no torque on 
 both transmissions so that the stiffness of the joint does not change.
 """
 
+import math
+
 from vsa_joint.control.springs import Spring, Springs
-from vsa_joint.control.stiffness_range import partner_force
+from vsa_joint.control.stiffness_range import StiffnessRange, partner_force
 from vsa_joint.geometry import Joint, TendonPath
-from vsa_joint.tuning import LEAD_BISECTIONS, MAX_LEAD, MIN_STIFFNESS_SLOPE
+from vsa_joint.settings import ControlConfig
+from vsa_joint.tuning import DITHER_SPEED_SHARE, LEAD_BISECTIONS, MAX_LEAD, MIN_STIFFNESS_SLOPE
 
 Pair = tuple[float, float]  # transmission_1, transmission_2
 
@@ -68,3 +71,50 @@ def _stiffness_slope(spring: Spring, deflection: float, path: TendonPath) -> flo
         * stiffness
         * (path.radius * series / (stiffness + series)) ** 2
     )
+
+
+class ReExcitation:
+    """Force [N] of a sinusoidal co-contraction that makes an invalid stiffness observable again.
+
+    Its share of the amplitude grows over one period. It shrinks while the unloaded equilibrium is further from where it
+    was than half of `recovery_angle`: the law is then wrong, and both forces do not balance.
+    """
+
+    def __init__(self, joint: Joint) -> None:
+        self._joint = joint
+        self._offset = self._share = self._phase = self._angle = 0.0  # N; 1; rad; rad
+
+    def start(self, angle: float) -> None:
+        """Begin with the unloaded equilibrium at `angle` [rad]."""
+        self._share, self._phase, self._angle = 0.0, 0.0, angle
+
+    def step(
+        self, force: float, angle: float, springs: Springs, reachable: StiffnessRange, config: ControlConfig
+    ) -> float:
+        """Force [N] of transmission_1 after a control period, about `force` [N] as far as the range permits."""
+        growth = config.recovery_frequency / config.rate
+        if abs(angle - self._angle) > 0.5 * config.recovery_angle:
+            growth *= -2.0
+        self._share = min(max(self._share + growth, 0.0), 1.0)
+        if self._share == 0.0:
+            self._angle = angle  # displaced by a load, not by the excitation
+        self._phase += 2.0 * math.pi * config.recovery_frequency / config.rate
+        amplitude = min(self._amplitude(force, springs, config), 0.5 * (reachable.force_max - reachable.force_min))
+        centre = min(max(force, reachable.force_min + amplitude), reachable.force_max - amplitude)
+        self._offset = self._share * (centre - force + amplitude * math.sin(self._phase))
+        return force + self._offset
+
+    def fade(self, config: ControlConfig) -> float:
+        """Remaining force [N] a control period after the end, without a step and no faster than the sine."""
+        self._offset *= math.exp(-2.0 * math.pi * config.recovery_frequency / config.rate)
+        return self._offset
+
+    def _amplitude(self, force: float, springs: Springs, config: ControlConfig) -> float:
+        """Amplitude of the force [N]: limits of deflection, of the dampers' speed and of the motors' speed."""
+        forces = force, partner_force(force, 0.0, self._joint)
+        softer = min(spring.stiffness(f) for spring, f in zip(springs, forces, strict=True))
+        speed = DITHER_SPEED_SHARE * min(spring.peak_speed for spring in springs)
+        tendon_stiffness = min(path.tendon_stiffness for path in self._joint.paths)
+        travel = 2.0 + softer / (2.0 * tendon_stiffness)  # of the tendon, per deflection
+        speed = min(speed, config.recovery_speed * config.motor_pulley_radius / travel)
+        return softer * min(config.recovery_amplitude, speed / (2.0 * math.pi * config.recovery_frequency))

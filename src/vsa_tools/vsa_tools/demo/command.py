@@ -19,6 +19,7 @@ from typing import Any
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.ros.subprocesses import ProcessError
 from vsa_common.terminal import Bar, progress
+from vsa_joint.settings import SIMULATED_RECOVERY_AMPLITUDE
 from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
 from vsa_tools.demo.isolation import IsolationError, claim_domain
 from vsa_tools.demo.parameters import Layer, base_parameters, merge, perturbed_initial_values, write_parameters
@@ -52,7 +53,8 @@ def main(args: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
     try:
-        summary = run(options, load_scenario(options.scenario, options))
+        scenario = load_scenario(options.scenario, options)
+        summary = run(options, scenario)
     except KeyboardInterrupt:
         print(f"demo: interrupted; the recording is in {options.out / 'bag'}", file=sys.stderr)
         return 130
@@ -61,7 +63,14 @@ def main(args: Sequence[str] | None = None) -> int:
         return 1
     lost = sum(side["samples_lost"] for side in summary["transmissions"].values())
     print(f"wrote {options.out / 'bag'}, summary.json and report.html" + f"; {lost} samples lost" * bool(lost))
-    return 0
+    return exit_code(scenario.failures(summary.get("scenario", {})))
+
+
+def exit_code(failures: Sequence[str]) -> int:
+    """1 if there are failures, each of which is printed; else 0."""
+    for failure in failures:
+        print(f"demo: {failure}", file=sys.stderr)
+    return 1 if failures else 0
 
 
 def run(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
@@ -84,6 +93,7 @@ def run(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
             ProcessHarness(domain.environment(), folder / "logs") as harness,
         ):
             harness.start(processes, parameters)
+            harness.start_loops(options.busy, parameters)
             harness.wait_until_active(*waiting)
             harness.activate("driver")  # last: all subscribers receive its first message
             harness.wait_until_connected()
@@ -130,6 +140,7 @@ def write_run(folder: Path, options: argparse.Namespace, bus_port: int, changes:
         },
         "driver": {"autostart": False, "bus": bus},
         "recorder": {"out": str(folder.resolve() / "bag")},
+        "stiffness_controller": {"recovery_amplitude": SIMULATED_RECOVERY_AMPLITUDE},
         **estimator_changes(options),
     }
     base = base_parameters()
@@ -198,6 +209,14 @@ def _parser() -> argparse.ArgumentParser:
     add("--out", type=Path, default=Path("vsa_demo"), metavar="DIR", help="output folder (%(default)s)")
     add("--seed", type=int, default=1, metavar="N", help="seed of noise and initial coefficients (%(default)s)")
     add("--view", action="store_true", help="serve the live page during the run")
+    add(
+        "--busy",
+        type=int,
+        choices=range(65),
+        default=0,
+        metavar="N",
+        help="busy loops beside it, as of a loaded machine",
+    )
     names = ", ".join(scenario_names()) or "none"
     add("--scenario", default="", metavar="NAME", help=f"scenario besides the plain motion: {names}")
     add_rig_options(parser)

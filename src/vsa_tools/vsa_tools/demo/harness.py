@@ -92,6 +92,11 @@ class ProcessHarness:
             self._process_of |= dict.fromkeys(process.nodes or (process.name,), process.name)
             self.group.start(process.name, process.command(parameters), process.nice)
 
+    def start_loops(self, count: int, parameters: Path) -> None:
+        """Start `count` busy loops, each of which takes a core; they end with the processes."""
+        for number in range(1, count + 1):
+            self.group.start(f"busy_{number}", ["sh", "-c", "while :; do :; done", str(parameters)])
+
     def wait_until_active(self, *names: str) -> None:
         """Return when the nodes `names` are active. Raises ProcessError on an exited process or after READY_S."""
         for name in names:

@@ -40,6 +40,10 @@ class Scenario:
         """Figures for summary.json under "scenario", from bag and truth.csv in `folder`. May print tables."""
         return {}
 
+    def failures(self, figures: Mapping[str, Any]) -> list[str]:
+        """A sentence for each requirement that the figures of `evaluate` do not meet; the demo then fails."""
+        return []
+
 
 def scenario_names() -> list[str]:
     """Names of all scenarios."""

@@ -52,6 +52,14 @@ class Command(NamedTuple):
     stiffness: float
 
 
+class ControlState(NamedTuple):
+    """Operating mode of the stiffness controller in its diagnostics, with its reason."""
+
+    stamp_ns: int
+    mode: str
+    reason: str
+
+
 class Estimate(NamedTuple):
     """Fields of one impedance message of a transmission or of the joint; SI."""
 
@@ -70,6 +78,8 @@ class RecordedRun:
     def __init__(self, bag: Path, namespace: str = "/vsa") -> None:
         self.diagnostics: list[Diagnostic] = []  # without those of the simulated rig, which name the injected fault
         self.commands: list[Command] = []
+        self.control: list[ControlState] = []  # each change of mode
+        self._controller = f"{namespace}/stiffness_controller"
         self.last_state: dict[str, Any] = {}  # EstimatorState by transmission
         self._estimates: dict[str, list[Estimate]] = {source: [] for source in SOURCES}
         self._transmission_stamps: list[list[int]] = []
@@ -141,6 +151,15 @@ class RecordedRun:
             for status in message.status
             if "rig_simulator" not in status.name
         ]
+
+        for status in message.status:
+            if status.name.startswith(self._controller):
+                values = {value.key: value.value for value in status.values}
+                self._add_mode(ControlState(stamp_ns, values.get("mode", ""), values.get("reason", status.message)))
+
+    def _add_mode(self, state: ControlState) -> None:
+        if state.mode and (not self.control or self.control[-1].mode != state.mode):
+            self.control.append(state)
 
     def _add_command(self, message: Any) -> None:
         self.commands.append(Command(nanoseconds(message.header.stamp), message.stiffness))

@@ -23,6 +23,9 @@ AFTER_LAST_S = 12.0  # [s] from the begin of the last fault to the end of the ru
 STAMP_LEAD_S = 0.02  # [s] the sample before a fault may carry its diagnosis: two sample periods at 100 Hz
 INTERVAL_GAP_S = 0.03  # [s] a pause of this length separates two undetected errors: three sample periods at 100 Hz
 
+# Diagnostics that isolate the fault of one sensor.
+ISOLATION = re.compile(r"(force sensor|encoder) (stuck|noisy|saturated)|encoder step|deflection at its limit")
+
 # Pattern of the diagnostic, or of the estimator's reason, that names a failure.
 DIAGNOSES = {
     "stuck": r"{component}( sensor)? stuck",
@@ -78,7 +81,10 @@ def evaluate_fault(
     failure = interval.failure
     pattern = re.compile(DIAGNOSES[failure.kind].format(component=failure.component))
     window_ns = int((interval.until - interval.begin) * 1e9)
-    matches = [d for d in diagnostics if 0 <= d.stamp_ns - begin_ns < window_ns and pattern.search(d.text)]
+    within = [d for d in diagnostics if 0 <= d.stamp_ns - begin_ns < window_ns]
+    matches = [d for d in within if pattern.search(d.text) and is_of(failure.instance, d.text)]
+    end_ns = matches[0].stamp_ns if matches else begin_ns + window_ns
+    other = [d for d in within if d.stamp_ns < end_ns and ISOLATION.search(d.text)]
     recoveries = [recovery_time(source, interval) for source in sources.values()]
     errors = {name: undetected_error(source, interval) for name, source in sources.items()}
     worst = max(errors, key=lambda name: errors[name][0])
@@ -87,11 +93,22 @@ def evaluate_fault(
         "failure": str(failure),
         "diagnosed_after_s": round((matches[0].stamp_ns - begin_ns) * 1e-9, 3) if matches else None,
         "diagnosed_by": matches[0].text if matches else "",
+        "wrongly_isolated": other[0].text if other else "",
         "valid_again_after_s": None if None in recoveries else max(time for time in recoveries if time is not None),
         "undetected_error_s": errors[worst][0],
         "undetected_error_source": worst if errors[worst][0] else "",
         "worst_error": errors[worst][1],
     }
+
+
+def is_of(instance: int, text: str) -> bool:
+    """Whether a diagnostic "source: text" is of the transmission `instance`, 0 for any, or of both.
+
+    >>> is_of(1, "transmission_1: encoder stuck"), is_of(1, "/vsa/estimator_2: estimation: encoder stuck")
+    (True, False)
+    """
+    named = set(re.findall(r"(?:transmission|estimator)_(\d)", text))
+    return not instance or not named or str(instance) in named
 
 
 def recovery_time(source: Estimates, interval: FaultInterval) -> float | None:
@@ -124,9 +141,33 @@ def acceptance(figures: Sequence[Mapping[str, Any]]) -> dict[str, bool]:
 
     return {
         "diagnosed": all_within("diagnosed_after_s", MAX_DIAGNOSIS_S),
+        "isolated": not any(one["wrongly_isolated"] for one in figures),
         "valid_again": all_within("valid_again_after_s", MAX_RECOVERY_S),
         "no_undetected_error": all_within("undetected_error_s", MAX_UNDETECTED_S),
     }
+
+
+def failures(figures: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A sentence for each limit that a fault does not meet."""
+    texts = []
+    for one in figures:
+        name, after, recovery = (
+            f"{one['failure']} at {one['at_s']:g} s",
+            one["diagnosed_after_s"],
+            one["valid_again_after_s"],
+        )
+        if one["wrongly_isolated"]:
+            texts.append(f"{name}: wrong isolation: {one['wrongly_isolated']}")
+        if after is None or after > MAX_DIAGNOSIS_S:
+            texts.append(f"{name}: " + ("not diagnosed" if after is None else f"diagnosed after {after:.2f} s"))
+        if recovery is None or recovery > MAX_RECOVERY_S:
+            texts.append(
+                f"{name}: " + ("not valid again" if recovery is None else f"valid again after {recovery:.1f} s")
+            )
+        if one["undetected_error_s"] > MAX_UNDETECTED_S:
+            source = one["undetected_error_source"]
+            texts.append(f"{name}: wrong stiffness of {source} marked valid for {one['undetected_error_s']:.2f} s")
+    return texts
 
 
 def rig_time(stamp_ns: Integers, frame_ns: Integers, sample: Integers, rate_hz: float) -> Floats:

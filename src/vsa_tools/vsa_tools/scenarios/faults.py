@@ -47,6 +47,9 @@ class Scenario(PlainScenario):
         _show(faults, acceptance)
         return {"faults": faults, "acceptance": acceptance}
 
+    def failures(self, figures: Mapping[str, Any]) -> list[str]:
+        return evaluation.failures(figures["faults"])
+
 
 class FaultRecording:
     """Diagnostics and stiffness errors of the run in `folder` (bag, truth.csv, parameters.yaml)."""
@@ -99,7 +102,7 @@ def _show(faults: list[dict[str, Any]], acceptance: Mapping[str, bool]) -> None:
         ]
         for one in faults
     ]  # fmt: skip
-    note = f"acceptance: diagnosed within {evaluation.MAX_DIAGNOSIS_S:g} s, valid again within "
+    note = f"acceptance: diagnosed within {evaluation.MAX_DIAGNOSIS_S:g} s and as no other fault, valid again within "
     note += f"{evaluation.MAX_RECOVERY_S:g} s of the end of the fault, no stiffness marked valid with an error above "
     note += f"{evaluation.DEVIATION_THRESHOLD:g} standard deviations and {100 * evaluation.ERROR_THRESHOLD:g} % for "
     note += f"longer than {evaluation.MAX_UNDETECTED_S:g} s: "

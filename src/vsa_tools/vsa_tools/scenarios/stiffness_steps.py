@@ -22,6 +22,7 @@ from vsa_msgs.msg import StiffnessCommand
 from vsa_tools.demo.harness import ProcessSpec
 from vsa_tools.demo.scenario import Scenario as PlainScenario
 from vsa_tools.evaluation.recorded_run import RecordedRun
+from vsa_tools.scenarios import stiffness_acceptance as acceptance
 from vsa_tools.scenarios import stiffness_plan as plan
 from vsa_tools.topics import TRANSMISSIONS
 
@@ -60,11 +61,19 @@ class Scenario(PlainScenario):
     def evaluate(self, folder: Path) -> dict[str, Any]:
         truth = read_columns(folder / "truth.csv", TRUTH)
         joint = load(folder / "parameters.yaml", "joint", JointConfig).joint
-        begins = command_times(RecordedRun(folder / "bag"), truth["time"])
-        figures = plan.figures(truth, joint, begins, self._refused)
+        recorded = RecordedRun(folder / "bag")
+        clock = RigClock(recorded, truth["time"])
+        begins = command_times(recorded, clock)
+        figures = plan.figures(truth, joint, begins[: len(plan.step_commands())], self._refused)
+        figures["reached"] = acceptance.reached(truth["time"], plan.true_stiffness(truth, joint), begins)
+        modes = [acceptance.ControlMode(clock.time(one.stamp_ns), one.mode, one.reason) for one in recorded.control]
+        figures["holds"] = acceptance.holds(modes, plan.push_commands()[-1].end)
         (folder / "control.json").write_text(json.dumps(figures, indent=2) + "\n")
         _show(figures)
         return figures
+
+    def failures(self, figures: Mapping[str, Any]) -> list[str]:
+        return acceptance.failures(figures)
 
     def _on_time(self) -> None:
         now = time.monotonic() - self._start
@@ -88,24 +97,32 @@ class Scenario(PlainScenario):
             self._refused.append(refusal)
 
 
-def command_times(recorded: RecordedRun, rig_time: np.ndarray) -> list[float]:
-    """Times of the plan's steps on the rig's clock [s], by the first sample captured after each command.
+class RigClock:
+    """Stamps on the rig's clock, by the first sample captured after each; `rig_time` is that of each sample [s]."""
 
-    `rig_time` is the time of each sample of the rig [s]. The planned times where the bag lacks a command.
-    """
-    planned = [command.time for command in plan.step_commands()]
-    frames = recorded.frames(TRANSMISSIONS[0])
-    if not len(frames.counter):
-        return planned
+    def __init__(self, recorded: RecordedRun, rig_time: np.ndarray) -> None:
+        self._frames, self._rig_time = recorded.frames(TRANSMISSIONS[0]), rig_time
+
+    def time(self, stamp_ns: int) -> float:
+        """Time of a stamp [s]; 0 without samples."""
+        frames = self._frames
+        if not len(frames.counter):
+            return 0.0
+        after = int(np.searchsorted(frames.stamp_ns, stamp_ns))
+        sample = int(frames.counter[min(after, len(frames.counter) - 1)])
+        return float(self._rig_time[min(sample, len(self._rig_time) - 1)])
+
+
+def command_times(recorded: RecordedRun, clock: RigClock) -> list[float]:
+    """Times of the plan's commands on the rig's clock [s]; the planned times where the bag lacks a command."""
+    planned = [command.time for command in acceptance.commands()]
     times: list[float] = []
     last = None
     for stamp_ns, stiffness in recorded.commands:
-        if stiffness != last:
-            last = stiffness
-            after = int(np.searchsorted(frames.stamp_ns, stamp_ns))
-            sample = int(frames.counter[min(after, len(frames.counter) - 1)])
-            times.append(float(rig_time[min(sample, len(rig_time) - 1)]))
-    return times[: len(planned)] if len(times) >= len(planned) else planned
+        if stiffness != last and stiffness != plan.UNREACHABLE:
+            times.append(clock.time(stamp_ns))
+        last = stiffness
+    return times if len(times) == len(planned) else planned
 
 
 def _show(figures: Mapping[str, Any]) -> None:
@@ -122,6 +139,12 @@ def _show(figures: Mapping[str, Any]) -> None:
     )  # fmt: skip
     rendered = ", ".join(f"{one['rendered']:.2f} for {one['commanded']:g}" for one in figures["push_tests"])
     refused = "; ".join(one["reason"] for one in figures["refused"]) or "none"
+    steps = figures["reached"]
+    in_time = sum(s["reached_s"] is not None and s["reached_s"] <= acceptance.MAX_STEP_S for s in steps)
+    held = [one["duration_s"] for one in figures["holds"] if one["mode"] == "holding"]
+    excited = sum(one["duration_s"] for one in figures["holds"] if one["mode"] == "exciting")
     tension = f"tension {figures['tension_min_n']:.1f} to {figures['tension_max_n']:.1f} N"
-    note = f"Rendered stiffness in push tests: {rendered} N m/rad. Refused commands: {refused}. {tension}."
+    note = f"Rendered stiffness in push tests: {rendered} N m/rad. Refused commands: {refused}. {tension}. "
+    note += f"{in_time} of {len(steps)} commands reached within 5 % in {acceptance.MAX_STEP_S:g} s. "
+    note += f"Holds: {len(held)}, the longest {max(held, default=0.0):.1f} s; re-excitation: {excited:.1f} s."
     show_table("Commanded stiffness", header, rows, note)
