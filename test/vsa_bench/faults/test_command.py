@@ -52,7 +52,7 @@ def test_an_observation_has_the_estimates_of_the_estimator():
     used = np.isfinite(rows["status"])
     np.testing.assert_array_equal(seen.rows, rows[used])
     np.testing.assert_array_equal(seen.degraded, rows["status"][used] == Status.DEGRADED)
-    assert healthy_figures(seen, simulation.stiffness, False)["hours"] == pytest.approx(2.0 / 3600.0, rel=0.02)
+    assert healthy_figures(seen, simulation.stiffness, 6.0, False)["hours"] == pytest.approx(2.0 / 3600.0, rel=0.02)
 
 
 def test_figures_are_medians_and_the_worst_of_runs_with_valid_stiffness_before_the_fault():
@@ -111,7 +111,7 @@ def test_the_command_writes_the_runs_and_prints_the_same_tables_from_its_file(tm
 
 
 def test_a_choice_without_a_case_is_an_error(capsys):
-    assert command.main(["--quick", "--case", "force_stuck", "--motion", "rest"]) == 1
+    assert command.main(["--quick", "--case", "force_stuck", "--rate", "1000"]) == 1
     assert "no case has the given" in capsys.readouterr().err
 
 

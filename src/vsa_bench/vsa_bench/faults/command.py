@@ -150,7 +150,7 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hours", type=float, metavar="H", help=f"of healthy motion in all ({HOURS:g}; {QUICK_HOURS:g} with --quick)"
     )
-    parser.add_argument("--quick", action="store_true", help="mix at 100 Hz, one seed, minutes of healthy motion")
+    parser.add_argument("--quick", action="store_true", help="100 Hz, one seed, minutes of healthy motion")
 
 
 if __name__ == "__main__":

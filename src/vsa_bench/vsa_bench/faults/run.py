@@ -2,6 +2,7 @@
 """One run: a simulated recording, faulty or healthy, through the estimator."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -10,18 +11,17 @@ from vsa_bench.faults.cases import FAULTS, TRANSMISSIONS, FaultCase, HealthyCase
 from vsa_bench.faults.hypotheses import STAMPS_LATE, hypothesis
 from vsa_bench.faults.injection import BEGIN_S, faulty
 from vsa_bench.faults.metrics import alarms, detect, longest, time_to_valid
-from vsa_bench.faults.motions import motion
+from vsa_bench.faults.motions import INTRODUCED, INTRODUCTION_S, simulate
 from vsa_bench.faults.observation import Observation, observe
 from vsa_bench.faults.stamps import STAMPS
-from vsa_bench.mismatch.run import start_parameters
 from vsa_common.io.tables import Columns
 from vsa_common.types import Array
-from vsa_simulator.rig.recording import START_NS, Recording, Simulation, TransmissionVariant
+from vsa_simulator.rig.recording import START_NS, Recording
 
 FAULT_SECONDS = 60.0
 READING_PERIOD_S = 0.01  # of the fault texts
 HEALTHY_READING_PERIOD_S = 0.1
-HAND_OVER_S = 6.0  # healthy figures are taken from here on
+HAND_OVER_S = 6.0  # healthy figures are taken after this time, and after the introduction of the motion
 RECORDED = "stiffness_steps_false_alarm.csv.gz"
 RECORDED_COLUMNS = ("stamp", "force", "deflection", "true_stiffness")
 RECORDED_START: dict[str, object] = {"initial.k2": 187.0, "initial.k2_std": 90.0}
@@ -30,10 +30,8 @@ STAMP_KINDS_LATE = ("late", "busy")
 
 def run_fault(case: FaultCase, seed: int) -> dict[str, Any]:
     """Figures of a fault, as the JSON has them."""
-    moved = motion(case.motion, FAULT_SECONDS, seed)
-    simulation = Simulation(TransmissionVariant(), moved, FAULT_SECONDS, case.rate_hz)
-    recording, stiffness = faulty(case, simulation, seed, FAULT_SECONDS)
-    seen = observe(recording, start_parameters(simulation, seed), READING_PERIOD_S, case.rate_hz)
+    recording, stiffness, start = faulty(case, seed, FAULT_SECONDS)
+    seen = observe(recording, start, READING_PERIOD_S, case.rate_hz)
     detection = detect(seen.reports, BEGIN_S)
     wrong = seen.wrong(stiffness) & (seen.time >= BEGIN_S)
     lasting = not math.isfinite(case.duration)
@@ -57,15 +55,14 @@ def run_fault(case: FaultCase, seed: int) -> dict[str, Any]:
 
 def run_healthy(case: HealthyCase, seed: int, seconds: float) -> dict[str, Any]:
     """Figures of healthy motion of `seconds` [s], as the JSON has them."""
-    simulation = Simulation(TRANSMISSIONS[case.transmission], motion(case.motion, seconds, seed), seconds, case.rate_hz)
-    recording = simulation.recording(seed)
-    stamp_ns = STAMPS[case.stamps](recording.stamp_ns, np.random.default_rng([seed, 3]))
-    parameters = {**start_parameters(simulation, seed), "elastic_law": case.elastic_law}
-    recording = Recording(stamp_ns, recording.force, recording.deflection)
-    seen = observe(recording, parameters, HEALTHY_READING_PERIOD_S, case.rate_hz)
+    made = simulate(TRANSMISSIONS[case.transmission], case.motion, seconds, case.rate_hz, seed)
+    stamp_ns = STAMPS[case.stamps](made.recording.stamp_ns, np.random.default_rng([seed, 3]))
+    parameters = {**made.start, "elastic_law": case.elastic_law}
+    seen = observe(replace(made.recording, stamp_ns=stamp_ns), parameters, HEALTHY_READING_PERIOD_S, case.rate_hz)
+    begin = HAND_OVER_S + (INTRODUCTION_S if case.motion in INTRODUCED else 0.0)
     return {
         "transmission": case.transmission, "motion": case.motion, "stamps": case.stamps, "rate_hz": case.rate_hz,
-        "seed": seed, **healthy_figures(seen, simulation.stiffness, case.stamps in STAMP_KINDS_LATE),
+        "seed": seed, **healthy_figures(seen, made.stiffness, begin, case.stamps in STAMP_KINDS_LATE),
     }  # fmt: skip
 
 
@@ -77,25 +74,23 @@ def run_recorded(columns: Columns) -> dict[str, Any]:
     seen = observe(recording, RECORDED_START, HEALTHY_READING_PERIOD_S, rate_hz)
     return {
         "transmission": RECORDED.partition(".")[0], "motion": "steps", "stamps": "recorded", "rate_hz": rate_hz,
-        "seed": None, **healthy_figures(seen, columns["true_stiffness"], stamps_late=True),
+        "seed": None, **healthy_figures(seen, columns["true_stiffness"], HAND_OVER_S, stamps_late=True),
     }  # fmt: skip
 
 
-def healthy_figures(seen: Observation, stiffness: Array, stamps_late: bool) -> dict[str, Any]:
-    """Alarms with the texts beside each, shares of valid and of wrong samples, after the first HAND_OVER_S.
+def healthy_figures(seen: Observation, stiffness: Array, begin: float, stamps_late: bool) -> dict[str, Any]:
+    """Alarms with the texts beside each, shares of valid and of wrong samples, from `begin` [s] on.
 
     Where `stamps_late`, an alarm whose only texts name late stamps is correct and counts as `stamp_reports`.
     """
-    scored = seen.time >= HAND_OVER_S
-    begins = [one for one in alarms(seen.time, seen.degraded, seen.fault_resets) if one >= HAND_OVER_S]
-    texts = [_texts(seen, begin, end) for begin, end in pairwise([*begins, math.inf])]
+    scored = seen.time >= begin
+    begins = [one for one in alarms(seen.time, seen.degraded, seen.fault_resets) if one >= begin]
+    texts = [_texts(seen, first, end) for first, end in pairwise([*begins, math.inf])]
     correct = [stamps_late and bool(one) and {hypothesis(text) for text in one} == {STAMPS_LATE} for one in texts]
     return {
-        "hours": float(seen.time[-1] - HAND_OVER_S) / 3600.0,
+        "hours": float(seen.time[-1] - begin) / 3600.0,
         "alarms": [
-            {"at_s": begin, "texts": named}
-            for begin, named, right in zip(begins, texts, correct, strict=True)
-            if not right
+            {"at_s": at, "texts": named} for at, named, right in zip(begins, texts, correct, strict=True) if not right
         ],
         "stamp_reports": sum(correct),
         "valid": float(np.mean(seen.valid[scored])),
