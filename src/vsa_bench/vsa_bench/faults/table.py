@@ -26,9 +26,9 @@ FAULT_NOTE = (
     "lasting one, until stiffness stays valid for 1 s; inf: not within the recording."
 )
 HEALTHY_NOTE = (
-    "After the first 6 s of each recording, or 6 s after its introduction. alarms: status DEGRADED or a reset by innovation or deflection, apart from "
-    "stamp reports: late stamps that are reported where they are late. from, to: 95 % interval of the rate. least "
-    "valid: worst recording."
+    "After the first 6 s of each recording, or 6 s after its introduction. alarms: status DEGRADED or a reset by "
+    "innovation or deflection, apart from stamp reports: late stamps that are reported where they are late. from, to: "
+    "95 % interval of the rate. least valid: worst recording."
 )
 GROUPS = ("motion", "stamps", "transmission", "rate_hz")
 
