@@ -4,7 +4,7 @@
 import os
 
 import pytest
-from vsa_common.fork import ForkedTasks
+from vsa_common.fork import ForkedTasks, forked_map
 
 
 def test_results_are_in_the_order_of_the_tasks_and_every_step_is_reported():
@@ -33,3 +33,11 @@ def test_the_exception_of_a_failed_task_is_raised(tmp_path):
 def test_a_process_that_ends_without_a_result_is_an_error():
     with pytest.raises(OSError, match="without a result"):
         ForkedTasks(lambda report: os._exit(3)).results()
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5])
+def test_a_map_has_its_results_in_the_order_of_the_items(workers):
+    steps = []
+    assert forked_map(lambda item: item * item, range(4), workers, steps.append) == [0, 1, 4, 9]
+    assert sum(steps) == 4
+    assert forked_map(lambda item: item, [], workers, steps.append) == []

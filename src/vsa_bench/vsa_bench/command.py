@@ -1,5 +1,5 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""`./vsa bench estimation|mismatch|live|joint|ablation|view|soak`: figures of the suite, each with its reference."""
+"""`./vsa bench NAME`: figures of the suite, each with its reference."""
 
 import importlib
 import sys
@@ -7,6 +7,7 @@ import sys
 BENCHES = {
     "estimation": "estimators, peers and the Cramer-Rao bound on simulated recordings",
     "mismatch": "estimator and peers where transmission or sensors are not the paper's; real recordings",
+    "faults": "detection, isolation and recovery of each fault; false alarms on healthy motion",
     "live": "rate, delay and cost of the running suite",
     "joint": "the joint's impedance against the simulated joint's response",
     "ablation": "half and double of each tuned constant of the estimator",

@@ -6,9 +6,11 @@ Threads are not inherited: a task must not use polars, whose thread pool would b
 
 import multiprocessing
 from collections.abc import Callable, Sequence
+from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Generic, TypeVar
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 ReportProgress = Callable[[float], None]  # argument: number of steps done
 
@@ -46,6 +48,26 @@ class ForkedTasks(Generic[Result]):
                 else:
                     report(value)
         return [found[reader] for reader in self._readers]
+
+
+def forked_map(
+    function: Callable[[Item], Result], items: Sequence[Item], workers: int, report: ReportProgress
+) -> list[Result]:
+    """`function` of each item, in their order, by up to `workers` processes; a step is reported for each.
+
+    Item k is computed by process k % workers. Raises what `ForkedTasks.results` raises.
+    """
+    parts = [items[first::workers] for first in range(min(workers, len(items)))]
+    by_part = ForkedTasks(*(partial(_map_part, function, part) for part in parts)).results(report)
+    return [by_part[k % len(parts)][k // len(parts)] for k in range(len(items))]
+
+
+def _map_part(function: Callable[[Item], Result], items: Sequence[Item], report: ReportProgress) -> list[Result]:
+    results = []
+    for one in items:
+        results.append(function(one))
+        report(1)
+    return results
 
 
 def _run(task: Callable[[ReportProgress], Result], writer: Connection) -> None:

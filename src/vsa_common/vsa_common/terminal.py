@@ -2,8 +2,9 @@
 """Tables and progress bars on a terminal, drawn by rich."""
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -54,3 +55,29 @@ def show_table(
         table.add_row(*row)
     console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
     console.print(table)
+
+
+class Page(NamedTuple):
+    """One table of a report; its first `texts` columns are text."""
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str
+    texts: int
+
+
+def show_pages(pages: Iterable[Page]) -> None:
+    """Print tables to the terminal."""
+    for page in pages:
+        show_table(page.title, page.header, page.rows, page.note, page.texts)
+
+
+def markdown(pages: Iterable[Page]) -> str:
+    """Tables as sections of a document."""
+    lines = []
+    for page in pages:
+        lines += [f"### {page.title[:1].upper()}{page.title[1:]}", "", *([page.note, ""] if page.note else [])]
+        lines += [f"| {' | '.join(page.header)} |", "|---" * len(page.header) + "|"]
+        lines += [f"| {' | '.join(row)} |" for row in page.rows] + [""]
+    return "\n".join(lines)

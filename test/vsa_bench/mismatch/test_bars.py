@@ -5,7 +5,8 @@ import json
 
 import pytest
 from vsa_bench.mismatch.bars import bars, best_peer
-from vsa_bench.mismatch.table import markdown, pages
+from vsa_bench.mismatch.table import pages
+from vsa_common.terminal import markdown
 
 GOOD = {"valid": 1.0, "error": 0.001, "coverage": 0.95, "wrong": 0.0, "half_width": 0.005}
 
@@ -100,7 +101,7 @@ def test_the_markdown_has_every_table_with_full_rows():
         }
     ]
     report = json.loads(json.dumps({"cases": [entry(), entry("crosstalk", "sensors")], "recorded": recorded}))
-    text = markdown(report)
+    text = markdown(pages(report))
     assert [line for line in text.splitlines() if line.startswith("#")] == [
         "### Springs", "### Sensors", "### Worst of the motions and rates", "### Required figures",
         "### Real recordings: stiffness",

@@ -8,9 +8,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from vsa_bench.estimation.cases import DEFAULT, Case, case
-from vsa_bench.estimation.recordings import RESOLUTION, record
+from vsa_bench.estimation.recordings import record
 from vsa_bench.estimation.starts import draw
 from vsa_common.types import Array, Booleans
+from vsa_simulator.faults.recorded import delayed, with_failure, with_pauses
 
 SEED = 11
 SECONDS = 60.0  # of each case without --quick
@@ -31,7 +32,11 @@ QUICK = (
     (case(motion="dwells"), 20.0),
     (case(motion="slow", coulomb_friction_n=0.0, start="good"), 15.0),
 )
-STAMP_DELAY_S = 3e-4  # mean of the exponential delay of the stamps
+# Failures of the recording with sensor faults; begin as a share of it, duration in s.
+FORCE_FAILURES = (("force spike -v 1.7", 0.30, 0.0), ("force noise -v 10", 0.55, 1.0), ("force stuck", 0.65, 1.0))
+ENCODER_FAILURES = (
+    ("encoder spike -v 0.001", 0.32, 0.0), ("encoder noise -v 10", 0.35, 1.0), ("encoder stuck", 0.45, 1.0)
+)  # fmt: skip
 
 
 Kind = TypeVar("Kind", bound="Recording")
@@ -93,26 +98,23 @@ def simulated(one: Case, formulation: str, seconds: float) -> Recording:
 
 def with_sensor_faults(healthy: Recording) -> Recording:
     """Late stamps throughout; a burst, outliers, noise, stuck sensors and gaps at shares of the recording."""
-    rng = np.random.default_rng(SEED)
-    count = len(healthy.stamps_ns)
-    rate = 1e9 / float(np.median(np.diff(healthy.stamps_ns)))
-    delay_ns = (1e9 * STAMP_DELAY_S * rng.standard_exponential(count)).astype(np.int64)
-    stamps_ns = np.maximum.accumulate(healthy.stamps_ns + delay_ns)
-    force, deflection = healthy.force.copy(), healthy.deflection.copy()
+    count, rate = len(healthy.stamps_ns), round(1e9 / float(np.median(np.diff(healthy.stamps_ns))))
 
-    def window(begin: float, seconds: float) -> slice:
+    def window(begin: float, seconds: float) -> range:
         first = round(begin * count)
-        return slice(first, min(first + round(seconds * rate), count))
+        return range(first, min(first + max(1, round(seconds * rate)), count))
 
     burst = window(0.25, 0.08)
-    stamps_ns[burst] = stamps_ns[burst.stop] - np.arange(burst.stop - burst.start, 0, -1) * 40_000
-    force[round(0.30 * count)] += 1.7
-    deflection[round(0.32 * count)] += 1e-3
-    noisy = deflection[window(0.35, 1.0)]
-    noisy += np.round(1e-4 * rng.standard_normal(noisy.size) / RESOLUTION) * RESOLUTION
-    deflection[window(0.45, 1.0)] = deflection[round(0.45 * count)]
-    force[window(0.55, 1.0)] += 0.17 * rng.standard_normal(force[window(0.55, 1.0)].size)
-    force[window(0.65, 1.0)] = force[round(0.65 * count)]
+    stamps_ns = with_pauses(
+        delayed(healthy.stamps_ns, np.random.default_rng(SEED)),
+        healthy.stamps_ns[[burst.start]],
+        np.array([80_000_000]),
+    )
+    force, deflection = healthy.force, healthy.deflection
+    for failure, begin, seconds in FORCE_FAILURES:
+        force = with_failure(force, failure, window(begin, seconds), rate, SEED)
+    for failure, begin, seconds in ENCODER_FAILURES:
+        deflection = with_failure(deflection, failure, window(begin, seconds), rate, SEED)
     received = np.ones(count, dtype=np.bool_)
     received[window(0.75, 0.3)] = received[window(0.85, 0.7)] = False
     faulty = replace(healthy, name=FAULTS, stamps_ns=stamps_ns, force=force, deflection=deflection)

@@ -17,10 +17,10 @@ from vsa_bench.estimation.methods import precompile
 from vsa_bench.mismatch.cases import ALL, DEFAULT_LAW, GROUP_OF, LAWS, MOTIONS, QUICK, RATES_HZ, VARIANTS, Case, chosen
 from vsa_bench.mismatch.recorded import compare_all
 from vsa_bench.mismatch.run import run_case
-from vsa_bench.mismatch.table import markdown, show
+from vsa_bench.mismatch.table import pages
 from vsa_common.blas import limit_blas_threads
-from vsa_common.fork import ForkedTasks, ReportProgress
-from vsa_common.terminal import progress
+from vsa_common.fork import forked_map
+from vsa_common.terminal import markdown, progress, show_pages
 
 SEEDS, QUICK_SEEDS = 3, 1
 SECONDS = 60.0
@@ -39,9 +39,9 @@ def main(argv: list[str] | None = None) -> int:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
         arguments.json.write_text(json.dumps(report, indent=1) + "\n")
     if arguments.markdown:
-        print(markdown(report))
+        print(markdown(pages(report)))
     else:
-        show(report)
+        show_pages(pages(report))
     return 0
 
 
@@ -76,24 +76,15 @@ def run_cases(cases: Sequence[Case], seeds: Sequence[int], seconds: float, worke
     """Figures of all cases, in their order, from `workers` processes."""
     limit_blas_threads()
     precompile("force")
-    parts = [cases[first::workers] for first in range(min(workers, len(cases)))]
     with progress(len(cases), "cases", count=True) as bar:
-        tasks = ForkedTasks(*(partial(_run_part, part, seeds, seconds) for part in parts))
-        by_part = tasks.results(bar.advance)
-    found = {one: result for part, results in zip(parts, by_part, strict=True)
-             for one, result in zip(part, results, strict=True)}  # fmt: skip
-    return [found[one] for one in cases]
+        return forked_map(partial(_run_one, seeds=seeds, seconds=seconds), cases, workers, bar.advance)
 
 
-def _run_part(cases: Sequence[Case], seeds: Sequence[int], seconds: float, report: ReportProgress) -> list[Any]:
-    results = []
-    for one in cases:
-        try:
-            results.append(run_case(one, seeds, seconds))
-        except Exception as error:
-            raise RuntimeError(f"{one.label}, seeds {list(seeds)}: {error!r}") from error
-        report(1)
-    return results
+def _run_one(case: Case, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
+    try:
+        return run_case(case, seeds, seconds)
+    except Exception as error:
+        raise RuntimeError(f"{case.label}, seeds {list(seeds)}: {error!r}") from error
 
 
 def shared_data() -> Path | None:

@@ -2,11 +2,11 @@
 """Tables of the figures, made from the JSON alone: for the terminal, and as Markdown."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from vsa_bench.mismatch.bars import bars, best_peer
 from vsa_bench.mismatch.cases import VARIANTS
-from vsa_common.terminal import show_table
+from vsa_common.terminal import Page
 
 QUANTITY = ("valid", "error", "cover", "wrong", "+-")
 FIGURES = (
@@ -32,16 +32,6 @@ RECORDED_NOTE = (
 WORST = {"valid": min, "coverage": min, "error": max, "wrong": max, "half_width": max}
 
 
-class Page(NamedTuple):
-    """One table; its first `texts` columns are text."""
-
-    title: str
-    header: Sequence[str]
-    rows: list[list[str]]
-    note: str
-    texts: int
-
-
 def pages(report: dict[str, Any]) -> Iterator[Page]:
     """All tables of a report: each group, the worst of each case, the required figures, real recordings."""
     cases = report["cases"]
@@ -57,22 +47,6 @@ def pages(report: dict[str, Any]) -> Iterator[Page]:
     if report["recorded"]:
         rows = [_recorded_row(one) for one in report["recorded"]]
         yield Page("real recordings: stiffness", RECORDED_HEADER, rows, RECORDED_NOTE, 3)
-
-
-def show(report: dict[str, Any]) -> None:
-    """Print all tables to the terminal."""
-    for page in pages(report):
-        show_table(page.title, page.header, page.rows, page.note, page.texts)
-
-
-def markdown(report: dict[str, Any]) -> str:
-    """All tables as sections of a document."""
-    lines = []
-    for page in pages(report):
-        lines += [f"### {page.title.capitalize()}", "", *([page.note, ""] if page.note else [])]
-        lines += [f"| {' | '.join(page.header)} |", "|---" * len(page.header) + "|"]
-        lines += [f"| {' | '.join(row)} |" for row in page.rows] + [""]
-    return "\n".join(lines)
 
 
 def _row(case: dict[str, Any]) -> list[str]:
