@@ -24,7 +24,7 @@ def finished():
     return run
 
 
-def test_from_wrong_start_values_all_are_known_within_half_the_time_of_the_demo_s_motion(finished):
+def test_from_wrong_start_values_all_are_known_sooner_than_by_the_motion_of_the_demo(finished):
     """The demo's motion needs 13 s from such start values."""
     outcome = finished.procedure.outcome
     assert outcome.success
