@@ -25,6 +25,8 @@ setup(
         "console_scripts": [
             "joint = vsa_joint.node:main",
             "stiffness_controller = vsa_joint.controller_node:main",
+            "excitation = vsa_joint.excitation_node:main",
+            "excite = vsa_joint.cli.excite:main",
         ],
     },
 )

@@ -22,6 +22,7 @@ SECTIONS = {
     "estimator": "Estimator",
     "joint": "Joint",
     "stiffness_controller": "Stiffness controller",
+    "excitation": "Excitation",
     "recorder": "Recorder",
     "rig_simulator": "Simulated rig",
 }

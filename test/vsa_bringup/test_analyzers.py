@@ -8,6 +8,7 @@ import yaml
 from vsa_driver import health as driver
 from vsa_estimator.ros.health import ESTIMATION
 from vsa_joint.controller_node import CONTROL
+from vsa_joint.excitation_node import EXCITATION
 from vsa_joint.node import IMPEDANCE
 from vsa_simulator.node import SIMULATION
 from vsa_tools.record.command import RECORDING
@@ -19,6 +20,7 @@ TASKS = {
     "estimator_2": (ESTIMATION, "topics"),
     "joint": (IMPEDANCE, "topics"),
     "stiffness_controller": (CONTROL, "topics"),
+    "excitation": (EXCITATION, "topics"),
     "recorder": (RECORDING, "topics"),
     "rig_simulator": (SIMULATION, "topics"),
 }
@@ -39,4 +41,4 @@ def test_every_analyzer_is_of_the_generic_kind_with_a_path():
     groups = yaml.safe_load(FILE.read_text())["analyzers"]["ros__parameters"]
     found = [group for group in groups.values() if isinstance(group, dict)]
     assert all(group["type"] == "diagnostic_aggregator/GenericAnalyzer" for group in found)
-    assert len({group["path"] for group in found}) == len(found) == 5
+    assert len({group["path"] for group in found}) == len(found) == 6

@@ -16,6 +16,7 @@ NODES = {
     "joint": "vsa_joint.settings.JointConfig",
     "recorder": "vsa_tools.record.command.RecorderConfig",
     "stiffness_controller": "vsa_joint.settings.ControlConfig",
+    "excitation": "vsa_joint.excitation.settings.ExcitationConfig",
     "rig_simulator": "vsa_simulator.node.SimulatorConfig",
 }
 

@@ -36,8 +36,9 @@ def compared(one, other, weight=1.0, seconds=10.0 * COMPARISON_TIME):
     return comparison
 
 
-@pytest.mark.parametrize(("ratio", "expected"), [(0.9 * DIFFERENCE_THRESHOLD, False), (1.1 * DIFFERENCE_THRESHOLD, True)])
-def test_a_difference_exceeds_the_threshold_in_standard_deviations(ratio, expected):
+@pytest.mark.parametrize(("share", "expected"), [(0.9, False), (1.1, True)])
+def test_a_difference_exceeds_the_threshold_in_standard_deviations(share, expected):
+    ratio = share * DIFFERENCE_THRESHOLD
     stiffness = compared(filtered(), bank(ln_difference=ratio * np.sqrt(2.0 * VARIANCE)))
     damping = compared(filtered(damping=4000.0 + ratio * np.sqrt(2.0) * DAMPING_STD), bank())
     assert stiffness.exceeds_threshold is expected

@@ -19,6 +19,7 @@ NODES = {
     "estimator": "vsa_estimator.settings.NodeConfig",
     "joint": "vsa_joint.settings.JointConfig",
     "stiffness_controller": "vsa_joint.settings.ControlConfig",
+    "excitation": "vsa_joint.excitation.settings.ExcitationConfig",
     "recorder": "vsa_tools.record.command.RecorderConfig",
     "rig_simulator": "vsa_simulator.node.SimulatorConfig",
 }
