@@ -45,7 +45,7 @@ def with_other_laws(seconds: float | None = None) -> Iterator[OtherLaw]:
 
 
 def run_bank(recording: OtherLaw) -> tuple[Figures, str]:
-    """Figures and digest of the bank; its stiffness and damping count as valid where it is preferred to the filter."""
+    """Figures and digest of the bank; its stiffness and damping count as valid where it is comparable to the filter."""
     from vsa_estimator.general.selection import LawSelection
     from vsa_estimator.settings import EstimatorConfig
 
@@ -60,12 +60,12 @@ def run_bank(recording: OtherLaw) -> tuple[Figures, str]:
         last_ns = stamp_ns
         laws.step(stamp_ns, (deflection, variances[0]), (force, variances[1]))
         laws.bank.repeat_slice()
-        now, preferred = laws.impedance[0], laws.is_preferred
+        now, comparable = laws.impedance[0], laws.is_comparable
         stiffness = math.exp(now["ln_stiffness"])
         row[:] = (
-            stiffness, stiffness**2 * now["ln_stiffness_variance"], preferred,
-            now["damping"], now["damping_variance"], preferred,
+            stiffness, stiffness**2 * now["ln_stiffness_variance"], comparable,
+            now["damping"], now["damping_variance"], comparable,
         )  # fmt: skip
-        digest.update(laws.impedance.tobytes() + bytes((preferred, laws.is_refuted, laws.has_failed)))
+        digest.update(laws.impedance.tobytes() + bytes((comparable, laws.is_refuted, laws.has_failed)))
     digest.update(repr(laws.bank.elastic_law()).encode())
     return figures(recording, dict(zip(FIELDS, rows.T, strict=True)), 0), digest.hexdigest()
