@@ -91,13 +91,13 @@ def test_a_constant_of_the_bank_of_laws_changes_compiled_code():
 
 def test_a_constant_without_effect_on_one_group_is_tried_on_the_next(monkeypatch, healthy):
     moving = simulated(case(motion="multisine", start="good"), "force", 1.0)
-    monkeypatch.setattr("vsa_bench.ablation.command.sources_of", lambda group, quick, seconds: {
-        "tracking": [moving], "samples": [DISTURBANCES["bad values"][0](healthy, np.random.default_rng(1))]
-    }[group])  # fmt: skip
+    disturbed = DISTURBANCES["bad values"][0](healthy, np.random.default_rng(1))
+    sources = {"tracking": [moving], "samples": [disturbed], "rare": [disturbed]}
+    monkeypatch.setattr("vsa_bench.ablation.command.sources_of", lambda group, quick, seconds: sources[group])
     names = ("preprocessing.OUTLIER_GATE", "filter.SOFT_GATE")
     options = Namespace(group=[], quick=True, seconds=None, processes=1)
     bases, effects = evaluate([halved(name) for name in names], options)
-    assert set(bases) == {"tracking", "samples"}
+    assert set(bases) == set(sources)
     by_name = {one.variation.name: one for one in effects}
     assert by_name["OUTLIER_GATE"].group == "samples"
     assert by_name["OUTLIER_GATE"].bits_changed
