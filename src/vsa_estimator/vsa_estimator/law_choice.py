@@ -17,7 +17,7 @@ from vsa_estimator.output.estimate import State
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.general import REJECTION
-from vsa_estimator.tuning.output import MAX_K2_STD, MAX_STIFFNESS_STD
+from vsa_estimator.tuning.output import MAX_K2_STD, MAX_PREDICTION_TIME, MAX_STIFFNESS_STD
 
 NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
 
@@ -34,7 +34,7 @@ class LawChoice:
         automatic = config.elastic_law == "automatic" and ACCELERATED
         self._laws = LawSelection(config.initial, config.filter_rate) if automatic else None
         self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
-        self._compared_ns = 0
+        self._chosen_ns = 0
         self.publishes_bank = False
 
     @property
@@ -111,11 +111,12 @@ class LawChoice:
 
     def choose(self, tracker: Tracker, modes: ModeMachine, step_ns: int) -> None:
         """Choose what is published after a step at `step_ns`: in mode GENERAL the bank, else where both differ."""
+        elapsed = min((step_ns - self._chosen_ns) * 1e-9, MAX_PREDICTION_TIME)  # one sample after a gap decides nothing
+        self._chosen_ns = step_ns
         self.publishes_bank = modes.general
         if self._laws is None or modes.general or modes.suspended or not self._laws.is_comparable:
             return
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
-        elapsed, self._compared_ns = (step_ns - self._compared_ns) * 1e-9, step_ns
         another = 1.0 - self._laws.bank.exponential_probability
         self._comparison.add(elapsed, self._prediction, self.impedance, another)
         self.publishes_bank = self._replaces_filter

@@ -58,7 +58,7 @@ class LawComparison:
 
         `weight` is the probability of another law than the exponential.
         """
-        one, other, gain = filtered[0], impedance[0], min(dt / COMPARISON_TIME, 1.0)
+        one, other, gain = filtered[0], impedance[0], dt / COMPARISON_TIME
         self.filter_valid = one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2
         difference = math.log(one["stiffness"]) - other["ln_stiffness"]
         variance = one["ln_stiffness_variance"] + other["ln_stiffness_variance"]

@@ -2,7 +2,6 @@
 """`./vsa bench faults`: delay, isolation and recovery for each fault, and false alarms on healthy motion."""
 
 import argparse
-import json
 import os
 import secrets
 import sys
@@ -29,11 +28,11 @@ from vsa_bench.faults.motions import FAULT_MOTIONS, HEALTHY_MOTIONS
 from vsa_bench.faults.run import RECORDED, RECORDED_COLUMNS, run_fault, run_healthy, run_recorded
 from vsa_bench.faults.stamps import STAMPS
 from vsa_bench.faults.table import pages
-from vsa_bench.mismatch.command import shared_data
+from vsa_bench.mismatch.command import run_or_read, shared_data
 from vsa_common.blas import limit_blas_threads
 from vsa_common.fork import forked_map
 from vsa_common.io.tables import TableError, read_columns
-from vsa_common.terminal import markdown, progress, show_pages
+from vsa_common.terminal import progress
 
 SEEDS, QUICK_SEEDS = 3, 1
 HOURS, QUICK_HOURS = 100.0, 0.4
@@ -49,20 +48,7 @@ class NoCaseError(ValueError):
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; its exit code."""
-    arguments = _arguments(argv)
-    try:
-        report = json.loads(arguments.from_json.read_text()) if arguments.from_json else _run(arguments)
-    except (OSError, json.JSONDecodeError, TableError, NoCaseError) as error:
-        print(f"bench faults: {error}", file=sys.stderr)
-        return 1
-    if arguments.json:
-        arguments.json.parent.mkdir(parents=True, exist_ok=True)
-        arguments.json.write_text(json.dumps(report, indent=1) + "\n")
-    if arguments.markdown:
-        print(markdown(pages(report)))
-    else:
-        show_pages(pages(report))
-    return 0
+    return run_or_read("faults", _arguments(argv), _run, pages, (TableError, NoCaseError))
 
 
 def _run(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import json
 import os
 import secrets
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,7 @@ from vsa_bench.mismatch.run import run_case
 from vsa_bench.mismatch.table import pages
 from vsa_common.blas import limit_blas_threads
 from vsa_common.fork import forked_map
-from vsa_common.terminal import markdown, progress, show_pages
+from vsa_common.terminal import Page, markdown, progress, show_pages
 
 SEEDS, QUICK_SEEDS = 3, 1
 SECONDS = 60.0
@@ -29,19 +29,33 @@ SHARED_DATA = Path("shared", "data")
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; its exit code."""
-    arguments = _arguments(argv)
+    return run_or_read("mismatch", _arguments(argv), _run, pages)
+
+
+def run_or_read(
+    name: str,
+    arguments: argparse.Namespace,
+    run: Callable[[argparse.Namespace], dict[str, Any]],
+    pages_of: Callable[[dict[str, Any]], Iterable[Page]],
+    errors: tuple[type[Exception], ...] = (),
+) -> int:
+    """Run bench `name`, or read the report --from a file; write --json, show the pages of the report; the exit code.
+
+    `errors` of bad input give one line, beside those of files.
+    """
+    expected: tuple[type[Exception], ...] = (OSError, json.JSONDecodeError, *errors)
     try:
-        report = json.loads(arguments.from_json.read_text()) if arguments.from_json else _run(arguments)
-    except (OSError, json.JSONDecodeError) as error:
-        print(f"bench mismatch: {error}", file=sys.stderr)
+        report = json.loads(arguments.from_json.read_text()) if arguments.from_json else run(arguments)
+    except expected as error:
+        print(f"bench {name}: {error}", file=sys.stderr)
         return 1
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
         arguments.json.write_text(json.dumps(report, indent=1) + "\n")
     if arguments.markdown:
-        print(markdown(pages(report)))
+        print(markdown(pages_of(report)))
     else:
-        show_pages(pages(report))
+        show_pages(pages_of(report))
     return 0
 
 
