@@ -1,6 +1,7 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Base class of the nodes: transitions, log, diagnostics and QoS overrides, with a second node that observes them."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -108,6 +109,7 @@ def start(monkeypatch):
     for node in nodes:
         node.close()
         node.destroy_node()
+    gc.collect()  # rcl finds /rosout's publisher by the node's name: a node released later would remove its successor's
     rclpy.try_shutdown()
 
 
