@@ -18,6 +18,7 @@ from vsa_estimator.tuning.filter import (
     PEAK_FRACTION,
     STATIONARY_SPEED,
     STATIONARY_TIME,
+    VIBRATION_TIME_CONSTANT,
 )
 
 
@@ -51,13 +52,34 @@ def accumulate_excitation(excitation: Record, z: Array, p: Array, reference: flo
     e["position_min"] = min(x, e["position_min"] + leak * (x - e["position_min"]))
     e["velocity_square"] += leak * (v * v - p[V, V] - e["velocity_square"])
     e["acceleration_square"] += leak * (a * a - p[A, A] - e["acceleration_square"])
-    beyond = 1.0 if abs(v) > PEAK_FRACTION * peak_speed(z[D1], z[D2]) else 0.0
+    beyond = 1.0 if near_peak_speed(z) else 0.0
     e["beyond_peak_share"] += leak * (beyond - e["beyond_peak_share"])
     e["weight"] += leak * (1.0 - e["weight"])
     e["mean_x"] += leak * (dx - e["mean_x"])
     e["mean_a"] += leak * (a - e["mean_a"])
     e["mean_xx"] += leak * (dx * dx - e["mean_xx"])
     e["mean_xa"] += leak * (dx * a - e["mean_xa"])
+
+
+@compiled
+def near_peak_speed(z: Array) -> bool:
+    """Whether the speed is near or beyond v*."""
+    return bool(abs(z[V]) > PEAK_FRACTION * peak_speed(z[D1], z[D2]))
+
+
+@compiled
+def accumulate_vibration(excitation: Record, innovation: float, variance: float, dt: float) -> None:
+    """Add a force innovation [N] near or beyond v*, dt [s] after the one before; `variance` [N^2] without vibration.
+
+    Half the squared difference of successive innovations: a wrong coefficient has innovations of one sign, which
+    cancel (von Neumann, Ann. Math. Stat. 12, 1941).
+    """
+    e = excitation[0]
+    difference = innovation - e["peak_innovation"]
+    if not np.isnan(difference):
+        leak = 1.0 - np.exp(-dt / VIBRATION_TIME_CONSTANT)
+        excess = 0.5 * difference * difference - variance
+        e["vibration_variance"] = max(0.0, e["vibration_variance"] + leak * (excess - e["vibration_variance"]))
 
 
 @compiled

@@ -119,6 +119,11 @@ REVERSAL_TIME = _constant(
     "REVERSAL_TIME", 0.01, "s", 0.002, 0.05,
     "minimum correlation time of that error: forces within it share one error", "ablation",
 )  # fmt: skip
+VIBRATION_TIME_CONSTANT = _constant(
+    "VIBRATION_TIME_CONSTANT", 0.1, "s", 0.02, 0.5,
+    "time constant of the variance of the force by the rod's vibration near and beyond v*: ten forces at 100 Hz",
+    "docs/decisions/0015-vibration.md",
+)  # fmt: skip
 
 # Observability (consider parameters)
 MIN_STROKE = _constant(
