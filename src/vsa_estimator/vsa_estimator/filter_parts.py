@@ -2,7 +2,7 @@
 """Parts of the filter of one transmission, and what resets and suspends them."""
 
 from vsa_common.types import ResetReason
-from vsa_estimator.fault_detection.consistency import AFTER_GAP, ConsistencyMonitor, Decision
+from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
 from vsa_estimator.fault_detection.counters import Counters
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.fault_detection.parity_check import Coefficients
@@ -69,6 +69,8 @@ class FilterParts:
             self.tracker.restore(*decision.restore)
         if decision.reset is not ResetReason.NONE:
             self.counters.count_reset(decision.reset)
+        if decision.fault:
+            self._latch.raise_fault(decision.fault, self.step_ns)
         if decision.event is Event.REJECTED:
             self._restart_initialization(self._force)
         elif decision.event is not None:
@@ -107,7 +109,9 @@ class FilterParts:
             self._restart_initialization(self._force)
         if self.modes.initialized:
             stepped = not self.encoder_fault and self._position.encoder_step(tracker)
-            if stepped:
+            if self.modes.reason == INCONSISTENT:  # a step may end the fault: the checkpoint is compared unshifted
+                stepped = False
+            elif stepped:
                 variance = self._position.step_variance + deflection_variance
                 tracker.restore(*self.consistency.shift_reference(tracker, step, variance))
                 suspended = self._suspend(text)

@@ -23,7 +23,6 @@ class Event(Enum):
     HAND_OVER = auto()  # two successive regressions are accurate enough for the filter's linearisation
     INCONSISTENT = auto()  # a parity residual, an encoder step, a gap, or a failed NIS test
     CONSISTENT = auto()  # parity residuals of both sensors are within their limits again
-    REPLACED = auto()  # a cross-check by regression has replaced the coefficients
     REJECTED = auto()  # no sensor shift explains the inconsistency: the coefficients are given up
     REFUTED = auto()  # the forces are more likely under another law by REFUTATION
 
@@ -34,8 +33,6 @@ TRANSITIONS: dict[tuple[Mode, Event], Mode] = {
     (Mode.TRACKING, Event.INCONSISTENT): Mode.SUSPENDED,
     (Mode.SUSPENDED, Event.INCONSISTENT): Mode.SUSPENDED,
     (Mode.SUSPENDED, Event.CONSISTENT): Mode.TRACKING,
-    (Mode.TRACKING, Event.REPLACED): Mode.TRACKING,
-    (Mode.SUSPENDED, Event.REPLACED): Mode.TRACKING,
     (Mode.TRACKING, Event.REJECTED): Mode.INITIALIZING,
     (Mode.SUSPENDED, Event.REJECTED): Mode.INITIALIZING,
     (Mode.INITIALIZING, Event.REFUTED): Mode.GENERAL,

@@ -56,7 +56,7 @@ class Supervisor(FilterParts):
             self._step_general(block)
             return
         self._pipeline.set_beyond_peak_speed(self.modes.initialized and tracker.beyond_peak_speed)
-        decision = self.consistency.evaluate(tracker, self.modes, block.stamp_ns * 1e-9, block, self.encoder_fault)
+        decision = self.consistency.evaluate(tracker, self.modes, block, deflection_variance, self.encoder_fault)
         self._apply(decision, INCONSISTENT)
         if self._detect_manoeuvre() or self.modes.suspended or not block.forces:
             self.noise.force.interrupt()
@@ -179,9 +179,6 @@ class Supervisor(FilterParts):
         new = self.hand_over.advance(self.tracker, self.modes, self.step_ns, period, force_std, self._samples_per_step)
         if new is None:
             return
-        if new.event is Event.REPLACED:
-            self.consistency.reset()
-            self.counters.count_reset(ResetReason.INNOVATION)
         self.tracker.set_coefficients(new.mean, new.covariance)
         if new.event is Event.HAND_OVER:
             self.tracker.set_stroke(*new.stroke)

@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 from vsa_common.types import ResetReason
+from vsa_estimator.fault_detection.isolation import SensorShift
 from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import C
@@ -24,6 +25,7 @@ from vsa_estimator.tuning.fault_detection import (
 )
 
 INCONSISTENT = "force and encoder are inconsistent with the estimated model: sensor drift or a changed transmission"
+REJECTED = "coefficients rejected: force and encoder stay inconsistent with them"
 AFTER_GAP = "consistency check after a gap"
 
 
@@ -33,6 +35,7 @@ class Decision(NamedTuple):
     event: Event | None = None
     restore: Coefficients | None = None  # to be set before the event
     reset: ResetReason = ResetReason.NONE
+    fault: str = ""  # the isolated one
 
 
 NOMINAL = Decision()
@@ -46,6 +49,7 @@ class ConsistencyMonitor:
         self._parity = ParityCheck(rate)
         self._checkpoint_time = -math.inf  # [s]
         self._time_in_fault = 0.0  # [s]
+        self._has_moved = False  # in this fault
         self._tracking_time = 0.0  # of consistent tracking [s]
         self._is_previous_run = False  # whether no sample has confirmed the coefficients of a previous run
 
@@ -85,7 +89,8 @@ class ConsistencyMonitor:
             return None
         if modes.suspended:
             return Decision(Event.INCONSISTENT)
-        self._time_in_fault = 0.0
+        self._time_in_fault, self._has_moved = 0.0, False
+        self._parity.begin_fault()
         if established:
             return Decision(Event.INCONSISTENT, checkpoint)
         self._parity.replace(_present(tracker))
@@ -99,10 +104,11 @@ class ConsistencyMonitor:
         return self._replace(checkpoint._replace(covariance=covariance, reference=checkpoint.reference + shift))
 
     def evaluate(
-        self, tracker: Tracker, modes: ModeMachine, time: float, step: Decimated, encoder_fault: bool
+        self, tracker: Tracker, modes: ModeMachine, step: Decimated, deflection_variance: float, encoder_fault: bool
     ) -> Decision:
-        """Decision after a filter step at `time` [s]."""
-        evaluated = self._parity.add(time, step.deflection, step.force if step.forces else math.nan)
+        """Decision after a filter step, whose mean deflection has this variance [m^2]."""
+        time, force = step.stamp_ns * 1e-9, step.force if step.forces else math.nan
+        evaluated = self._parity.add(time, step.deflection, force, deflection_variance)
         if not modes.initialized:
             return NOMINAL
         if self._parity.checkpoint is None:
@@ -132,26 +138,33 @@ class ConsistencyMonitor:
         return NOMINAL
 
     def _suspended(self, tracker: Tracker) -> Decision:
-        if self._parity.is_consistent:
+        self._parity.measure_fault()
+        if self._parity.fault_has_ended:
             self._parity.end_fault()
             self._is_previous_run = False
             return Decision(Event.CONSISTENT)
         if self._parity.no_evidence:
             return NOMINAL
         self._time_in_fault += EVALUATION_PERIOD
+        self._has_moved |= self._parity.moves
         if self._is_previous_run and self._time_in_fault > ISOLATION_TIME:
             self._is_previous_run = False
             return Decision(Event.REJECTED, reset=ResetReason.INNOVATION)
         shift = self._parity.isolate_fault() if self._time_in_fault > ISOLATION_TIME else None
-        if shift is not None and shift.deflection:
-            restore = self.shift_reference(tracker, shift.deflection, shift.std**2)
-            return Decision(restore=restore, reset=ResetReason.DEFLECTION)
         if shift is not None:
-            restore = self._shift_force_offset(tracker, shift.force, shift.std**2)
-            return Decision(restore=restore, reset=ResetReason.INNOVATION)
-        if self._time_in_fault > FAULT_TIMEOUT:
-            return Decision(Event.REJECTED, reset=ResetReason.INNOVATION)
+            return self._shifted(tracker, shift)
+        if self._time_in_fault > FAULT_TIMEOUT and self._has_moved:
+            return Decision(Event.REJECTED, reset=ResetReason.INNOVATION, fault=REJECTED)
         return NOMINAL
+
+    def _shifted(self, tracker: Tracker, shift: SensorShift) -> Decision:
+        """Decision on an isolated shift: it is compensated."""
+        if shift.deflection:
+            restore = self.shift_reference(tracker, shift.deflection, shift.std**2)
+            fault = f"encoder offset of {1e3 * shift.deflection:+.2f} mm"
+            return Decision(restore=restore, reset=ResetReason.DEFLECTION, fault=fault)
+        restore = self._shift_force_offset(tracker, shift.force, shift.std**2)
+        return Decision(restore=restore, reset=ResetReason.INNOVATION, fault=f"force offset of {shift.force:+.2f} N")
 
     def _shift_force_offset(self, tracker: Tracker, shift: float, variance: float) -> Coefficients:
         checkpoint = self._parity.checkpoint or _present(tracker)

@@ -11,9 +11,10 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from vsa_common.types import Array, Booleans
+from vsa_common.types import Array
+from vsa_estimator.fault_detection.isolation import SensorShift, isolate
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, evaluate_windows, residuals
-from vsa_estimator.force_law.elastic import deflection_shift
+from vsa_estimator.force_law.elastic import stiffness
 from vsa_estimator.force_law.state import C
 from vsa_estimator.tuning.fault_detection import (
     CONSISTENT_SHARE,
@@ -22,14 +23,19 @@ from vsa_estimator.tuning.fault_detection import (
     INITIAL_SCALE,
     INSENSITIVE_RATIO,
     ISOLATION_TIME,
-    LIKELIHOOD_MARGIN,
+    MAX_BASELINE,
+    MAX_RIPPLE,
     MAX_SCALE,
+    MIN_BASELINE,
     MIN_COVERAGE,
     MIN_ROWS,
     MIN_SCALE,
+    MOVING_SPEED,
     PRIOR_WEIGHT,
     SCALE_CAP,
+    STICTION_RATIO,
     THRESHOLD,
+    VELOCITY_STD,
     WINDOWS,
 )
 from vsa_estimator.tuning.filter import EXCITATION_TIME_CONSTANT
@@ -43,14 +49,6 @@ class Coefficients(NamedTuple):
     mean: Array
     covariance: Array
     reference: float
-
-
-class SensorShift(NamedTuple):
-    """A constant shift of one sensor that explains an inconsistency; the other one is zero."""
-
-    force: float  # [N]
-    deflection: float  # [m]
-    std: float  # of the one that is not zero
 
 
 class RowBuffer:
@@ -100,10 +98,12 @@ class ParityCheck:
         self._rows = RowBuffer(int(WINDOWS[-1] * rate) + 1)
         self._scale_squares = [scale * scale for scale in INITIAL_SCALE]  # usual squared mean residual [N^2]
         self._scale_weight = PRIOR_WEIGHT
+        self._baseline = MAX_BASELINE  # of the velocity difference [s]
         self._evaluated_at = 0.0
         self._means = np.full(len(WINDOWS), np.nan)  # NaN: too few rows
         self._model_std = 0.0  # of the model force by the coefficients' covariance [N]
         self._travel = (math.inf, -math.inf)  # [m]
+        self._fault_size = (math.inf, math.inf)  # of the present fault, if it shifts the force [N], the encoder [m]
 
     def reset(self) -> None:
         """Drop checkpoints and steps."""
@@ -135,15 +135,16 @@ class ParityCheck:
         """Coefficients that the sensors are compared with."""
         return self._checkpoints[0] if self._checkpoints else None
 
-    def add(self, time: float, deflection: float, force: float) -> bool:
-        """Add a step [s, m, N], NaN for no force; whether the residuals were evaluated anew."""
+    def add(self, time: float, deflection: float, force: float, deflection_variance: float) -> bool:
+        """Add a step [s, m, N, m^2], NaN for no force; whether the residuals were evaluated anew."""
         self._rows.append(time, deflection, force)
         if not self._checkpoints or time - self._evaluated_at < EVALUATION_PERIOD:
             return False
         self._evaluated_at = time
         self._means[:] = np.nan
         if self._rows.view.shape[1] >= MIN_ROWS:
-            model_std = evaluate_windows(self._rows.view, *self._checkpoints[0], self._means)
+            self._baseline = min(max(math.sqrt(2.0 * deflection_variance) / VELOCITY_STD, MIN_BASELINE), MAX_BASELINE)
+            model_std = evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, self._means)
             self._model_std = self._model_std if math.isnan(model_std) else model_std
         return True
 
@@ -161,6 +162,13 @@ class ParityCheck:
         return math.isnan(self._means[DECISION_WINDOW])
 
     @property
+    def moves(self) -> bool:
+        """Whether the deflection has moved within the decision window."""
+        time, deflection, _ = self._rows.view
+        first = int(np.searchsorted(time, time[-1] - WINDOWS[DECISION_WINDOW]))
+        return bool(np.ptp(deflection[first:]) > MOVING_SPEED * WINDOWS[DECISION_WINDOW])
+
+    @property
     def exceeds_threshold(self) -> bool:
         """Whether the mean residual of any window exceeds its threshold."""
         return any(self._normalized(index) > 1.0 for index in range(len(WINDOWS)))
@@ -169,6 +177,37 @@ class ParityCheck:
     def is_consistent(self) -> bool:
         """Whether the mean residuals up to the decision window are all small."""
         return all(self._normalized(index) < CONSISTENT_SHARE for index in range(DECISION_WINDOW + 1))
+
+    def begin_fault(self) -> None:
+        """Drop the size of the last fault."""
+        self._fault_size = (math.inf, math.inf)
+
+    def measure_fault(self) -> None:
+        """Take the size of the present fault from a mean residual that exceeds its threshold."""
+        if self._normalized(DECISION_WINDOW) > 1.0:
+            force = abs(float(self._means[DECISION_WINDOW])) + self._hidden
+            self._fault_size = force, force / self._stiffness
+
+    @property
+    def fault_has_ended(self) -> bool:
+        """Whether the mean residuals are small where a shift of either sensor of the fault's size would show.
+
+        It would not at rest below the breakaway force, and that of the encoder not where the spring is soft.
+        """
+        force, deflection = self._fault_size
+        residual = min(force, deflection * self._stiffness) - self._hidden
+        return self.is_consistent and residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
+
+    @property
+    def _hidden(self) -> float:
+        """Part of a residual that stiction can explain at rest [N]."""
+        return 0.0 if self.moves else STICTION_RATIO * float(self._checkpoints[0].mean[C.D0])
+
+    @property
+    def _stiffness(self) -> float:
+        """Stiffness of the checkpoint at the last deflection [N/m]."""
+        mean, _, reference = self._checkpoints[0]
+        return float(stiffness(mean[C.S], mean[C.K2], float(self._rows.deflection[-1]) - reference))
 
     def accept(self) -> None:
         """Adapt the residual scales to the present means, which are those of consistent sensors."""
@@ -184,36 +223,22 @@ class ParityCheck:
         self._rows.drop_before(self._evaluated_at - WINDOWS[DECISION_WINDOW])
 
     def isolate_fault(self) -> SensorShift | None:
-        """The constant shift of one sensor that explains the last seconds, if the other's does not."""
+        """The shift of one sensor that explains the last seconds, if the other's does not."""
         checkpoint = self.checkpoint
         if checkpoint is None or self._rows.view.shape[1] < MIN_ROWS:
             return None
-        time, residual, stiffness, moving, *_ = residuals(self._rows.view, checkpoint.mean, checkpoint.reference)
+        time, residual, sigma, moving, *_ = residuals(
+            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline
+        )
         if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
             return None
-        return self._isolate(residual, stiffness, moving, float(checkpoint.mean[C.K2]))
-
-    def _isolate(self, residual: Array, stiffness: Array, moving: Booleans, k2: float) -> SensorShift | None:
-        """The likelier hypothesis: a constant force, or a residual in proportion to the stiffness."""
-        residual, stiffness = residual[moving], stiffness[moving]
-        offset = float(residual.mean())
-        slope = float(residual @ stiffness / (stiffness @ stiffness))  # -(1 - exp(-k2 dx)) / k2
-        width = max(1, residual.size // 10)
-        by_force, by_deflection = (_ripple(rest, width) for rest in (residual - offset, residual - slope * stiffness))
-        limit = THRESHOLD * math.sqrt(self._scale_squares[DECISION_WINDOW])
-        if by_force < limit and by_force * LIKELIHOOD_MARGIN < by_deflection:
-            return SensorShift(offset, 0.0, by_force)
-        if by_deflection < limit and by_deflection * LIKELIHOOD_MARGIN < by_force and 1.0 + k2 * slope > 0.0:
-            shift = deflection_shift(k2, slope)
-            return SensorShift(0.0, shift, by_deflection / float(np.sqrt(np.mean(stiffness**2))))
-        return None
+        limit = MAX_RIPPLE * math.sqrt(self._scale_squares[DECISION_WINDOW])
+        return isolate(residual[moving], sigma[moving], float(checkpoint.mean[C.K2]), limit)
 
     def _normalized(self, index: int) -> float:
         """Mean residual of a window over its threshold; NaN for too few rows."""
-        scale = math.hypot(math.sqrt(self._scale_squares[index]), self._model_std)
-        return abs(float(self._means[index])) / (THRESHOLD * scale)
+        return abs(float(self._means[index])) / (THRESHOLD * self._std(index))
 
-
-def _ripple(values: Array, width: int) -> float:
-    """Root mean square of running means over `width` values [unit of the values]."""
-    return float(np.sqrt(np.mean(np.convolve(values, np.full(width, 1.0 / width), "valid") ** 2)))
+    def _std(self, index: int) -> float:
+        """Standard deviation of the mean residual of a window [N]."""
+        return math.hypot(math.sqrt(self._scale_squares[index]), self._model_std)

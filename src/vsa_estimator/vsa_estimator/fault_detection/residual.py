@@ -15,7 +15,6 @@ from vsa_estimator.tuning.fault_detection import (
     MOVING_SPEED,
     PEAK_SPEED_MARGIN,
     STICTION_RATIO,
-    VELOCITY_BASELINE,
     WINDOWS,
 )
 from vsa_estimator.tuning.force_law import COULOMB_SPEED
@@ -24,15 +23,17 @@ DECISION_WINDOW = 1  # index in WINDOWS of the one that ends a fault
 
 
 @compiled
-def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array, Array, Booleans, Array, Array]:
+def residuals(
+    rows: Array, mean: Array, reference: float, baseline: float
+) -> tuple[Array, Array, Array, Booleans, Array, Array]:
     """Residuals of the rows (3, n) of time [s], deflection [m] and force [N], where they are usable.
 
-    `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns time (m,), residual [N] (m,), stiffness of eq. (3)
-    (m,), whether the rod moves (m,), the motion x, v, a (3, m), and the times of all finite residuals. The damper holds
-    its greatest force beyond v*.
+    Velocities are differences over `baseline` [s]. `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns
+    time (m,), residual [N] (m,), stiffness of eq. (3) (m,), whether the rod moves (m,), the motion x, v, a (3, m), and
+    the times of all finite residuals. The damper holds its greatest force beyond v*.
     """
     time, deflection, force = rows
-    half = max(1, round(0.5 * VELOCITY_BASELINE * (time.size - 1) / (time[-1] - time[0])))
+    half = half_baseline(time, baseline)
     count = max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
     peak = peak_speed(d1, d2)
@@ -46,15 +47,21 @@ def residuals(rows: Array, mean: Array, reference: float) -> tuple[Array, Array,
         residual[i] = force[i + half] - (
             elastic_force(sigma[i], k2) + d1 * c + d2 * c**3 + mass * a + offset + friction
         )
-        speed_error = 0.25 * VELOCITY_BASELINE * least_a
+        speed_error = 0.25 * baseline * least_a
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
-        usable[i] = np.isfinite(residual[i]) and span < 2.0 * VELOCITY_BASELINE
+        usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline
         moving[i] = abs(v) > MOVING_SPEED
         motion[0, i], motion[1, i], motion[2, i] = x, v, a
     time = time[half : half + count]
     finite = time[usable]
     exclude_neighbours(usable, excluded, 2 * half)
     return time[usable], residual[usable], sigma[usable], moving[usable], motion[:, usable], finite
+
+
+@compiled
+def half_baseline(time: Array, baseline: float) -> int:
+    """Rows in half a `baseline` [s]."""
+    return int(max(1, round(0.5 * baseline * (time.size - 1) / (time[-1] - time[0]))))
 
 
 @compiled
@@ -93,24 +100,28 @@ def exclude_neighbours(usable: Booleans, excluded: Booleans, width: int) -> None
 
 @compiled
 def mean_residual(
-    time: Array, residual: Array, moving: Booleans, finite: Array, friction: float, window: float
+    time: Array, residual: Array, moving: Booleans, finite: Array, friction: float, window: float, lag: int
 ) -> tuple[int, float]:
     """First row in the last `window` [s], -1 for too few rows, and their mean [N].
 
-    At rest a residual counts by what exceeds `friction` [N]. `finite` are the times of all finite residuals.
+    At rest a residual counts by what exceeds `friction` [N]. `finite` are the times of all finite residuals. The noise
+    of n velocity differences over `lag` rows telescopes: that of their mean is as sqrt(min(n, lag)) / n. The mean of
+    a part of the window is reduced to the noise of the whole.
     """
     if time.size == 0:
         return -1, 0.0
     begin = finite[-1] - window
     first = int(np.searchsorted(time, begin))
-    required = max(3.0, MIN_COVERAGE * (finite.size - np.searchsorted(finite, begin)))
-    if time.size - first < required or time[-1] - time[first] <= 0.8 * window - 2.0 * EVALUATION_PERIOD:
+    whole = finite.size - np.searchsorted(finite, begin)
+    count = time.size - first
+    if count < max(3.0, MIN_COVERAGE * whole) or time[-1] - time[first] <= 0.8 * window - 2.0 * EVALUATION_PERIOD:
         return -1, 0.0
     total = 0.0
     for i in range(first, time.size):
         one = residual[i]
         total += one if moving[i] else np.sign(one) * max(abs(one) - friction, 0.0)
-    return first, total / (time.size - first)
+    reduction = count / whole * np.sqrt(min(whole, lag) / min(count, lag))
+    return first, min(1.0, reduction) * total / count
 
 
 @compiled
@@ -133,15 +144,17 @@ def model_force_std(mean: Array, covariance: Array, reference: float, motion: Ar
 
 
 @compiled
-def evaluate_windows(rows: Array, mean: Array, covariance: Array, reference: float, means: Array) -> float:
+def evaluate_windows(
+    rows: Array, mean: Array, covariance: Array, reference: float, baseline: float, means: Array
+) -> float:
     """Write the mean residual of each of WINDOWS [N] into `means` (3,), NaN where there are too few rows.
 
     Returns `model_force_std` over the DECISION_WINDOW, NaN where it has too few rows.
     """
-    time, residual, _, moving, motion, finite = residuals(rows, mean, reference)
-    friction, std = STICTION_RATIO * mean[C_D0], np.nan
+    time, residual, _, moving, motion, finite = residuals(rows, mean, reference, baseline)
+    friction, std, lag = STICTION_RATIO * mean[C_D0], np.nan, 2 * half_baseline(rows[0], baseline)
     for index in range(len(WINDOWS)):
-        first, average = mean_residual(time, residual, moving, finite, friction, WINDOWS[index])
+        first, average = mean_residual(time, residual, moving, finite, friction, WINDOWS[index], lag)
         means[index] = average if first >= 0 else np.nan
         if first >= 0 and index == DECISION_WINDOW:
             std = model_force_std(mean, covariance, reference, motion, first)

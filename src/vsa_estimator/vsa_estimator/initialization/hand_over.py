@@ -75,7 +75,8 @@ class HandOver:
     ) -> NewCoefficients | None:
         """Do the part of a regression that is due `period` [s] after the last call; new coefficients, or None.
 
-        `force_std` [N] is the noise of one of the `samples` of a step.
+        `force_std` [N] is the noise of one of the `samples` of a step. A failed cross-check keeps the filter's mean:
+        the difference to the regression, which may be biased, goes into the covariance, and the next forces decide.
         """
         fit = self._initializer.advance(period)
         if fit is None:
@@ -87,12 +88,20 @@ class HandOver:
             self._cross_checks.postpone(now_ns)
             if not ready or not tracker.cross_check_failed(fit.mean, fit.covariance, fit.acceleration, force_std):
                 return None
-            event = Event.REPLACED
-        elif ready:
+            return _less_certain(tracker, fit, self._initializer.range)
+        if ready:
             self._cross_checks.restart(now_ns)
             event = Event.HAND_OVER
         self.has_fit = True
         return NewCoefficients(fit.mean, _with_floor(fit), event, self._initializer.range)
+
+
+def _less_certain(tracker: Tracker, fit: Fit, stroke: tuple[float, float]) -> NewCoefficients:
+    """The filter's coefficients with their difference to those of a fit, apart from the mass, in the covariance."""
+    difference = fit.mean - tracker.z[3:]
+    difference[C.M] = 0.0  # which the cross-check does not compare
+    covariance = tracker.p[3:, 3:] + np.outer(difference, difference)
+    return NewCoefficients(tracker.z[3:].copy(), covariance, None, stroke)
 
 
 def _with_floor(fit: Fit) -> Array:

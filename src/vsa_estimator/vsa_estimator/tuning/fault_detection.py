@@ -11,9 +11,14 @@ _constant = partial(constant, module=__name__)
 WINDOWS = _constant("WINDOWS", (0.12, 0.5, 3.0), "s", 0.05, 10.0,
     "averaging windows of the parity residual: fast faults of seconds, and slow drift", "ablation")  # fmt: skip
 EVALUATION_PERIOD = _constant("EVALUATION_PERIOD", 0.05, "s", 0.02, 0.2,
-    "interval of the parity evaluation: half the velocity baseline, so that no residual is skipped", "ablation")  # fmt: skip
-VELOCITY_BASELINE = _constant("VELOCITY_BASELINE", 0.1, "s", 0.02, 0.5,
-    "baseline of the velocity difference: encoder noise of 0.01 mm gives 0.14 mm/s", "ablation")  # fmt: skip
+    "interval of the parity evaluation: less than half of the shortest window, so that no residual is skipped", "ablation")  # fmt: skip
+MAX_BASELINE = _constant("MAX_BASELINE", 0.1, "s", 0.05, 0.5,
+    "longest baseline of the velocity difference", "docs/decisions/0016-parity-residual.md")  # fmt: skip
+MIN_BASELINE = _constant("MIN_BASELINE", 0.03, "s", 0.02, 0.1,
+    "shortest baseline: three filter steps at 100 Hz", "docs/decisions/0016-parity-residual.md")  # fmt: skip
+VELOCITY_STD = _constant("VELOCITY_STD", 0.14e-3, "m/s", 0.05e-3, 0.5e-3,
+    "noise of the velocity difference, that of 0.01 mm over 0.1 s: a quieter encoder allows a shorter baseline, whose error by jerk is smaller",
+    "docs/decisions/0016-parity-residual.md")  # fmt: skip
 PEAK_SPEED_MARGIN = _constant("PEAK_SPEED_MARGIN", 0.85, "1", 0.4, 1.0,
     "share of v* up to which a mean speed determines the damper force", "ablation")  # fmt: skip
 MAX_DAMPER_ERROR = _constant("MAX_DAMPER_ERROR", 2.0, "N", 0.5, 8.0,
@@ -48,6 +53,9 @@ EXTRAPOLATION_MARGIN = _constant("EXTRAPOLATION_MARGIN", 0.05, "1", 0.01, 0.5,
 
 ISOLATION_TIME = _constant("ISOLATION_TIME", 2.5, "s", 0.5, 10.0,
     "time of inconsistency before a sensor shift is isolated", "test_a_force_offset_that_stays_is_taken_over_and_the_stiffness_kept")  # fmt: skip
+MAX_RIPPLE = _constant("MAX_RIPPLE", 3.0, "1", 1.5, 6.0,
+    "remaining ripple of the right hypothesis, in the usual standard deviation of a mean residual: 1.2 to 2.5 of a constant shift, 5 of a drift that is taken for one",
+    "docs/decisions/0016-parity-residual.md")  # fmt: skip
 LIKELIHOOD_MARGIN = _constant("LIKELIHOOD_MARGIN", 2.5, "1", 1.2, 10.0,
     "ratio of the remaining ripple between the hypotheses of a force and of an encoder shift", "ablation")  # fmt: skip
 

@@ -1,0 +1,40 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
+"""Isolation of a constant shift of one sensor among the parity residuals of some seconds."""
+
+from typing import NamedTuple
+
+import numpy as np
+from vsa_common.types import Array
+from vsa_estimator.force_law.elastic import deflection_shift
+from vsa_estimator.tuning.fault_detection import LIKELIHOOD_MARGIN
+
+
+class SensorShift(NamedTuple):
+    """A constant shift of one sensor that explains an inconsistency; the other one is zero."""
+
+    force: float  # [N]
+    deflection: float  # [m]
+    std: float  # of the one that is not zero
+
+
+def isolate(residual: Array, sigma: Array, k2: float, limit: float) -> SensorShift | None:
+    """The hypothesis that leaves a ripple below `limit` [N], and LIKELIHOOD_MARGIN times less than its rival.
+
+    A force offset leaves a constant residual [N] (n,), an encoder offset one in proportion to the stiffness [N/m] (n,).
+    `k2` [1/m].
+    """
+    offset = float(residual.mean())
+    slope = float(residual @ sigma / (sigma @ sigma))  # -(1 - exp(-k2 dx)) / k2
+    width = max(1, residual.size // 10)
+    by_force, by_deflection = (_ripple(rest, width) for rest in (residual - offset, residual - slope * sigma))
+    if by_force < limit and by_force * LIKELIHOOD_MARGIN < by_deflection:
+        return SensorShift(offset, 0.0, by_force)
+    if by_deflection < limit and by_deflection * LIKELIHOOD_MARGIN < by_force and 1.0 + k2 * slope > 0.0:
+        shift = deflection_shift(k2, slope)
+        return SensorShift(0.0, shift, by_deflection / float(np.sqrt(np.mean(sigma**2))))
+    return None
+
+
+def _ripple(values: Array, width: int) -> float:
+    """Root mean square of running means over `width` values [unit of the values]."""
+    return float(np.sqrt(np.mean(np.convolve(values, np.full(width, 1.0 / width), "valid") ** 2)))

@@ -1,0 +1,105 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
+"""Parity residuals: their noise, their baseline, and the end of a fault."""
+
+import numpy as np
+import pytest
+from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
+from vsa_estimator.fault_detection.residual import mean_residual, residuals
+from vsa_estimator.force_law.elastic import elastic_force, stiffness
+from vsa_estimator.tuning.fault_detection import MAX_BASELINE, MIN_BASELINE, VELOCITY_STD
+
+RATE = 100.0
+K2 = 267.2
+MEAN = np.array([np.log(2600.0), K2, 4000.0, -1.089e8, 0.3755, 16.39, 0.3])  # s k2 d1 d2 M F0 d0
+REFERENCE = 0.0095
+NOISE = 1e-5  # of the encoder [m]
+
+
+def mean_of_noise(rng, share, half=5, rows=12):
+    """Mean residual of velocity noise over the last `share` of a window of `rows`."""
+    position = 1e-5 * rng.standard_normal(rows + 2 * half)
+    noise = 4000.0 * (position[2 * half :] - position[: -2 * half]) / (2 * half / RATE)
+    time, first = np.arange(rows) / RATE, round((1.0 - share) * rows)
+    window = (rows - 0.5) / RATE
+    return mean_residual(time[first:], noise[first:], np.ones(rows - first, bool), time, 0.0, window, 2 * half)
+
+
+def test_the_mean_of_a_part_of_a_window_has_no_more_noise_than_that_of_the_whole():
+    rng = np.random.default_rng(1)
+    stds = {}
+    for share in (1.0, 0.75, 0.5):
+        means = [mean_of_noise(rng, share) for _ in range(2000)]
+        assert all(first >= 0 for first, _ in means)
+        stds[share] = np.std([mean for _, mean in means])
+    assert stds[1.0] == pytest.approx(4000.0 * NOISE * np.sqrt(20.0) / (12 * 0.1), rel=0.1)
+    assert stds[0.75] == pytest.approx(stds[1.0], rel=0.1)
+    assert stds[0.5] == pytest.approx(stds[1.0], rel=0.1)
+
+
+def motion(frequency, seconds=3.0, amplitude=3e-4):
+    t = np.arange(round(seconds * RATE)) / RATE
+    w = 2.0 * np.pi * frequency
+    x = REFERENCE + amplitude * np.sin(w * t)
+    return t, x, amplitude * w * np.cos(w * t), -amplitude * w * w * np.sin(w * t)
+
+
+def model_force(x, v, a):
+    s, k2, d1, d2, mass, offset, coulomb = MEAN
+    spring = np.array([elastic_force(stiffness(s, k2, one - REFERENCE), k2) for one in x])
+    return spring + d1 * v + d2 * v**3 + mass * a + offset + coulomb * np.tanh(v / 0.07e-3)
+
+
+def test_a_short_baseline_has_a_small_error_by_jerk():
+    t, x, v, a = motion(1.0)
+    rows = np.array([t, x, model_force(x, v, a)])
+    errors = {
+        baseline: np.sqrt(np.mean(residuals(rows, MEAN, REFERENCE, baseline)[1] ** 2)) for baseline in (0.1, 0.04)
+    }
+    assert errors[0.04] < 0.3 * errors[0.1]
+
+
+def check(force, x, t, noise=NOISE):
+    parity = ParityCheck(RATE)
+    parity.keep(Coefficients(MEAN.copy(), np.diag((1e-4 * MEAN) ** 2), REFERENCE))
+    for sample in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
+        parity.add(*sample, noise**2)
+    return parity
+
+
+@pytest.mark.parametrize(
+    ("noise", "baseline"), [(1e-5, MAX_BASELINE), (1e-7, MIN_BASELINE), (5e-6, np.sqrt(2.0) * 5e-6 / VELOCITY_STD)]
+)
+def test_the_baseline_follows_the_noise_of_the_encoder(noise, baseline):
+    t, x, v, a = motion(0.5)
+    assert check(model_force(x, v, a), x, t, noise)._baseline == pytest.approx(baseline, rel=0.02)
+
+
+def at_rest(offset, position=REFERENCE, seconds=1.0):
+    t = np.arange(round(seconds * RATE)) / RATE
+    x = np.full(t.size, position)
+    return t, x, model_force(x, np.zeros(t.size), np.zeros(t.size)) + offset
+
+
+def test_a_fault_has_ended_where_it_would_show():
+    t, x, force = at_rest(2.0)
+    parity = check(force, x, t)
+    parity.begin_fault()
+    parity.measure_fault()
+    assert not parity.fault_has_ended
+    for time, deflection, consistent in zip(*at_rest(0.0, seconds=2.0), strict=True):
+        parity.add(1.0 + time, deflection, consistent, NOISE**2)
+    assert parity.is_consistent
+    assert parity.fault_has_ended
+
+
+def test_a_fault_has_not_ended_where_stiction_or_a_soft_spring_would_hide_it():
+    shift = 1e-3  # of the encoder: 2.3 N at the reference, 0.6 N at half of that position
+    t, x, force = at_rest(2600.0 / K2 * (1.0 - np.exp(-K2 * shift)))
+    parity = check(force, x, t)
+    parity.begin_fault()
+    parity.measure_fault()
+    assert not parity.fault_has_ended
+    for time, deflection, consistent in zip(*at_rest(0.0, 0.5 * REFERENCE, 2.0), strict=True):
+        parity.add(4.0 + time, deflection, consistent, NOISE**2)
+    assert parity.is_consistent
+    assert not parity.fault_has_ended
