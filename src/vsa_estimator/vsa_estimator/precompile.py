@@ -31,7 +31,7 @@ def precompile(with_bank: bool = False) -> None:
         process_sample(pipeline.state, tracker.state, snapshot, stamp_ns, 30.0, 0.01)
     _ = tracker.sufficient_stroke, pipeline.is_decimating  # properties that call compiled functions
     parity.measure_fault()
-    _ = parity.fault_has_ended
+    _ = parity.fault_would_show
     parity.isolate_fault()
     if with_bank and ACCELERATED:
         _run_bank()

@@ -80,26 +80,26 @@ def at_rest(offset, position=REFERENCE, seconds=1.0):
     return t, x, model_force(x, np.zeros(t.size), np.zeros(t.size)) + offset
 
 
-def test_a_fault_has_ended_where_it_would_show():
+def test_the_end_of_a_fault_shows_at_the_same_position():
     t, x, force = at_rest(2.0)
     parity = check(force, x, t)
     parity.begin_fault()
     parity.measure_fault()
-    assert not parity.fault_has_ended
+    assert not parity.is_consistent
     for time, deflection, consistent in zip(*at_rest(0.0, seconds=2.0), strict=True):
         parity.add(1.0 + time, deflection, consistent, NOISE**2)
     assert parity.is_consistent
-    assert parity.fault_has_ended
+    assert parity.fault_would_show
 
 
-def test_a_fault_has_not_ended_where_stiction_or_a_soft_spring_would_hide_it():
+def test_stiction_or_a_soft_spring_hides_the_end_of_a_fault():
     shift = 1e-3  # of the encoder: 2.3 N at the reference, 0.6 N at half of that position
     t, x, force = at_rest(2600.0 / K2 * (1.0 - np.exp(-K2 * shift)))
     parity = check(force, x, t)
     parity.begin_fault()
     parity.measure_fault()
-    assert not parity.fault_has_ended
+    assert not parity.is_consistent
     for time, deflection, consistent in zip(*at_rest(0.0, 0.5 * REFERENCE, 2.0), strict=True):
         parity.add(4.0 + time, deflection, consistent, NOISE**2)
     assert parity.is_consistent
-    assert not parity.fault_has_ended
+    assert not parity.fault_would_show

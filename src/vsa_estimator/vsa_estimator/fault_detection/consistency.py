@@ -139,11 +139,11 @@ class ConsistencyMonitor:
 
     def _suspended(self, tracker: Tracker) -> Decision:
         self._parity.measure_fault()
-        if self._parity.fault_has_ended:
+        if self._parity.is_consistent and self._parity.fault_would_show:
             self._parity.end_fault()
             self._is_previous_run = False
             return Decision(Event.CONSISTENT)
-        if self._parity.no_evidence:
+        if not self._parity.is_inconsistent:
             return NOMINAL
         self._time_in_fault += EVALUATION_PERIOD
         self._has_moved |= self._parity.moves

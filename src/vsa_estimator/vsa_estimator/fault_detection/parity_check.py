@@ -103,7 +103,7 @@ class ParityCheck:
         self._means = np.full(len(WINDOWS), np.nan)  # NaN: too few rows
         self._model_std = 0.0  # of the model force by the coefficients' covariance [N]
         self._travel = (math.inf, -math.inf)  # [m]
-        self._fault_size = (math.inf, math.inf)  # of the present fault, if it shifts the force [N], the encoder [m]
+        self._fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
 
     def reset(self) -> None:
         """Drop checkpoints and steps."""
@@ -178,25 +178,32 @@ class ParityCheck:
         """Whether the mean residuals up to the decision window are all small."""
         return all(self._normalized(index) < CONSISTENT_SHARE for index in range(DECISION_WINDOW + 1))
 
+    @property
+    def is_inconsistent(self) -> bool:
+        """Whether the mean residual of the decision window is not small."""
+        return self._normalized(DECISION_WINDOW) > CONSISTENT_SHARE
+
     def begin_fault(self) -> None:
         """Drop the size of the last fault."""
-        self._fault_size = (math.inf, math.inf)
+        self._fault_size = (0.0, 0.0)
 
     def measure_fault(self) -> None:
-        """Take the size of the present fault from a mean residual that exceeds its threshold."""
+        """Take the size of the present fault from a mean residual that exceeds its threshold; the largest counts."""
         if self._normalized(DECISION_WINDOW) > 1.0:
             force = abs(float(self._means[DECISION_WINDOW])) + self._hidden
-            self._fault_size = force, force / self._stiffness
+            self._fault_size = max(self._fault_size, (force, force / self._stiffness))
 
     @property
-    def fault_has_ended(self) -> bool:
-        """Whether the mean residuals are small where a shift of either sensor of the fault's size would show.
+    def fault_would_show(self) -> bool:
+        """Whether a shift of either sensor of the fault's size would show in the residuals.
 
         It would not at rest below the breakaway force, and that of the encoder not where the spring is soft.
         """
         force, deflection = self._fault_size
+        if not force:
+            return True
         residual = min(force, deflection * self._stiffness) - self._hidden
-        return self.is_consistent and residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
+        return residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
 
     @property
     def _hidden(self) -> float:
