@@ -195,15 +195,13 @@ class ParityCheck:
 
     @property
     def fault_would_show(self) -> bool:
-        """Whether a shift of either sensor of the fault's size would show in the residuals.
+        """Whether a shift of either sensor of the fault's size would show in the residuals; true if it has no size.
 
         It would not at rest below the breakaway force, and that of the encoder not where the spring is soft.
         """
         force, deflection = self._fault_size
-        if not force:
-            return True
         residual = min(force, deflection * self._stiffness) - self._hidden
-        return residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
+        return force == 0.0 or residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
 
     @property
     def _hidden(self) -> float:
