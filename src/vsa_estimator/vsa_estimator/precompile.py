@@ -29,7 +29,11 @@ def precompile(with_bank: bool = False) -> None:
         jerk.add(0.01, 1e-10, 0.01)
         noise.add(30.0, 10)
         process_sample(pipeline.state, tracker.state, snapshot, stamp_ns, 30.0, 0.01)
-    _ = tracker.sufficient_stroke, pipeline.is_decimating  # properties that call compiled functions
+    _ = (
+        tracker.sufficient_stroke,
+        tracker.beyond_peak_speed,
+        pipeline.is_decimating,
+    )  # call compiled functions
     parity.measure_fault()
     _ = parity.fault_would_show
     parity.isolate_fault()

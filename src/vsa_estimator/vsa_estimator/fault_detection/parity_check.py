@@ -228,7 +228,7 @@ class ParityCheck:
         self._rows.drop_before(self._evaluated_at - WINDOWS[DECISION_WINDOW])
 
     def isolate_fault(self) -> SensorShift | None:
-        """The shift of one sensor that explains the last seconds, if the other's does not."""
+        """The constant shift of one sensor that explains the last seconds, if the other's does not."""
         checkpoint = self.checkpoint
         if checkpoint is None or self._rows.view.shape[1] < MIN_ROWS:
             return None

@@ -8,7 +8,7 @@ import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.filter.chi_square import NisTest, mahalanobis_square
 from vsa_estimator.filter.ekf import REJECTED, STATIONARY, predict, process_force, update_deflection
-from vsa_estimator.filter.excitation import reset_matching, stroke
+from vsa_estimator.filter.excitation import near_peak_speed, reset_matching, stroke
 from vsa_estimator.filter.initial_state import initial_coefficients
 from vsa_estimator.filter.records import initial_excitation, initial_monitor, initial_state
 from vsa_estimator.filter.uncertainty import CoefficientUncertainty, assess_uncertainty, coefficient_uncertainty
@@ -27,7 +27,6 @@ from vsa_estimator.tuning.filter import (
     MIN_INITIAL_COULOMB,
     MIN_STROKE,
     NIS_MAX_SPEED,
-    PEAK_FRACTION,
     SOFT_GATE,
 )
 from vsa_estimator.tuning.force_law import COULOMB_SPEED, MIN_D1, MIN_K2
@@ -206,7 +205,7 @@ class Tracker:
     @property
     def beyond_peak_speed(self) -> bool:
         """Whether the speed is near or beyond v*."""
-        return abs(self.speed) > PEAK_FRACTION * self._peak_speed
+        return bool(near_peak_speed(self.z))
 
     @property
     def deflection_nis(self) -> float:
