@@ -72,3 +72,22 @@ def test_the_damping_near_its_peak_is_not_compared(velocity, beyond_peak):
 def test_a_stiffness_that_is_not_valid_is_stated():
     assert compared(filtered(), bank()).filter_valid
     assert not compared(filtered(ln_stiffness_variance=0.04), bank()).filter_valid
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.4, 1.0])
+def test_the_excess_is_what_the_difference_has_beyond_both_variances(weight):
+    difference = 0.1
+    found = compared(filtered(), bank(ln_difference=difference), weight)
+    assert found.excesses == pytest.approx((weight * (difference**2 - 2.0 * VARIANCE), 0.0), rel=1e-3, abs=1e-12)
+    assert found.mean_squares == pytest.approx((difference**2, 0.0), rel=1e-3, abs=1e-12)
+
+
+def test_a_difference_within_both_variances_has_no_excess():
+    assert compared(filtered(), bank(ln_difference=np.sqrt(VARIANCE))).excesses == (0.0, 0.0)
+
+
+def test_a_new_estimate_drops_the_mean_squares_and_keeps_the_test():
+    comparison = compared(filtered(), bank(ln_difference=0.1))
+    comparison.restart_squares()
+    assert comparison.mean_squares == comparison.excesses == (0.0, 0.0)
+    assert comparison.exceeds_threshold

@@ -4,6 +4,7 @@
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
 from vsa_estimator.fault_detection.counters import Counters
+from vsa_estimator.fault_detection.isolation import NO_SHIFT
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.fault_detection.parity_check import Coefficients
 from vsa_estimator.fault_detection.position import PositionMonitor
@@ -75,6 +76,10 @@ class FilterParts:
             self._restart_initialization(self._force)
         elif decision.event is not None:
             self.modes.handle(decision.event, reason)
+        if self.modes.suspended:
+            self.laws.hold()
+        if decision.shift is not NO_SHIFT:
+            self.laws.shift(decision.shift.deflection, decision.shift.force)
 
     def _suspend(self, reason: str, interrupted: bool = False) -> bool:
         """Suspend updates; False where no checkpoint is established."""

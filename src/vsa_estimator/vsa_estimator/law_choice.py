@@ -1,7 +1,10 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Choice between the filter of the exponential law and the bank of laws: what is published, and the mode."""
 
+import copy
 import math
+from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 from vsa_common.accel import ACCELERATED
@@ -16,7 +19,8 @@ from vsa_estimator.output.elastic_law import ElasticLaw
 from vsa_estimator.output.estimate import State
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
-from vsa_estimator.tuning.general import REJECTION
+from vsa_estimator.tuning.fault_detection import CHECKPOINT_PERIOD
+from vsa_estimator.tuning.general import ACCEPTANCE, DAMPING_DISCREPANCY_STD, LAW_DISCREPANCY_STD, REJECTION
 from vsa_estimator.tuning.output import MAX_K2_STD, MAX_PREDICTION_TIME, MAX_STIFFNESS_STD
 
 NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
@@ -24,6 +28,13 @@ NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
 SCALARS = ("ln_stiffness", "ln_stiffness_variance", "slope", "slope_variance", "rest_damping", "level", "coulomb")
 
 Coefficients = tuple[float, float, float, float, float, float]  # k2, variance, d2, variance, force offset, friction
+
+
+class Checkpoint(NamedTuple):
+    """Bank and comparison while filter and bank were consistent."""
+
+    laws: LawSelection
+    comparison: LawComparison
 
 
 class LawChoice:
@@ -34,8 +45,12 @@ class LawChoice:
         automatic = config.elastic_law == "automatic" and ACCELERATED
         self._laws = LawSelection(config.initial, config.filter_rate) if automatic else None
         self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
-        self._chosen_ns = 0
+        self._checkpoints: deque[Checkpoint] = deque(maxlen=2)
+        self._chosen_ns = self._kept_ns = 0
+        self._is_held = False
+        self._repetitions = 0  # of the bank at the last comparison
         self.publishes_bank = False
+        self.discrepancies = (0.0, 0.0)  # variances of the published ln stiffness and damping by the choice of the law
 
     @property
     def is_repeating(self) -> bool:
@@ -58,6 +73,7 @@ class LawChoice:
         if law is None:
             return None
         knots, ln_stiffness, covariance, force = law
+        covariance = covariance + self.discrepancies[0]
         numbers = [tuple(one.ravel().tolist()) for one in (knots, ln_stiffness, covariance)]
         return ElasticLaw(self.description, numbers[0], numbers[1], numbers[2], force)
 
@@ -68,6 +84,8 @@ class LawChoice:
 
     def restart(self) -> None:
         """Drop the data: the position is no longer valid."""
+        self._checkpoints.clear()
+        self._is_held = False
         if self._laws is not None:
             self._laws.restart()
             self._comparison.restart()
@@ -77,23 +95,41 @@ class LawChoice:
         if self._laws is not None:
             self._laws.is_confirmed = True
 
+    def hold(self) -> None:
+        """The filter's coefficients are held: so are those of the bank, if the exponential law was consistent before.
+
+        The inconsistency is then a fault or a change, which the bank must not explain: it returns to its checkpoint.
+        """
+        if self._is_held or not self._checkpoints:
+            return
+        self._is_held = True
+        self._laws, self._comparison = self._checkpoints[0]
+        self._replace_checkpoints()
+
     def reject(self) -> None:
         """The filter's coefficients are given up; the bank drops its data unless it explains the force.
 
         A law that is confirmed keeps its form: its coefficients are estimated again.
         """
-        if self._laws is not None and not self._laws.is_confirmed and not self._laws.is_adequate:
+        if self._laws is not None and not self._laws.is_confirmed and (self._is_held or not self._laws.is_adequate):
             self.restart()
+
+    def refute(self) -> None:
+        """The exponential law is refuted: it has no part in the mixture any more."""
+        if self._laws is not None:
+            self._laws.bank.exclude_exponential()
 
     def interrupt(self) -> None:
         """The motion has a gap before the next step."""
         if self._laws is not None:
             self._laws.interrupt()
 
-    def shift(self, offset: float) -> None:
-        """The encoder reads `offset` [m] more from now on."""
+    def shift(self, deflection: float, force: float = 0.0) -> None:
+        """Encoder and force sensor read `deflection` [m] and `force` [N] more from now on."""
         if self._laws is not None:
-            self._laws.shift(offset)
+            self._laws.shift(deflection, force)
+            if self._checkpoints:
+                self._replace_checkpoints()
 
     def step(self, block: Decimated, noise: tuple[float, float], modes: ModeMachine) -> bool:
         """Step the bank by a block with the variances `noise` of deflection [m^2] and force [N^2].
@@ -102,6 +138,10 @@ class LawChoice:
         bank, or in mode GENERAL no law explains the force.
         """
         if self._laws is None:
+            return False
+        self._is_held &= modes.suspended
+        if self._is_held:
+            self._laws.interrupt()
             return False
         force = block.force if block.forces else math.nan
         self._laws.step(block.stamp_ns, (block.deflection, noise[0]), (force, noise[1]))
@@ -113,24 +153,62 @@ class LawChoice:
         """Choose what is published after a step at `step_ns`: in mode GENERAL the bank, else where both differ."""
         elapsed = min((step_ns - self._chosen_ns) * 1e-9, MAX_PREDICTION_TIME)  # one sample after a gap decides nothing
         self._chosen_ns = step_ns
-        self.publishes_bank = modes.general
-        if self._laws is None or modes.general or modes.suspended or not self._laws.is_comparable:
+        self.publishes_bank, self.discrepancies = modes.general, (0.0, 0.0)
+        laws = self._laws
+        if laws is None or laws.is_confirmed or modes.mode not in (Mode.INITIALIZING, Mode.TRACKING):
             return
+        if laws.bank.age > 0.0:
+            self._compare(laws, tracker, elapsed)
+        if self.publishes_bank:
+            self._checkpoints.clear()
+        elif modes.initialized and step_ns - self._kept_ns > CHECKPOINT_PERIOD * 1e9 and self._is_accepted:
+            self._keep(step_ns)
+
+    def _compare(self, laws: LawSelection, tracker: Tracker, elapsed: float) -> None:
+        """Compare filter and bank `elapsed` [s] after the last step, and choose."""
+        comparison, another = self._comparison, 1.0 - laws.bank.exponential_probability
+        if laws.bank.repetitions != self._repetitions:
+            self._repetitions = laws.bank.repetitions
+            comparison.restart_squares()
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
-        another = 1.0 - self._laws.bank.exponential_probability
-        self._comparison.add(elapsed, self._prediction, self.impedance, another)
-        self.publishes_bank = self._replaces_filter
+        comparison.add(elapsed, self._prediction, self.impedance, another)
+        if not laws.is_comparable:
+            self.discrepancies = comparison.excesses
+        elif not self._replaces_filter:
+            of_bank, (stiffness, damping) = self.impedance[0], comparison.discrepancies
+            prior = (DAMPING_DISCREPANCY_STD * float(of_bank["rest_damping"])) ** 2
+            self.discrepancies = (
+                stiffness + another * _posterior(LAW_DISCREPANCY_STD**2, float(of_bank["ln_stiffness_variance"])),
+                damping + another * _posterior(prior, float(of_bank["damping_variance"])),
+            )
+        else:
+            self.publishes_bank = another > ACCEPTANCE or not comparison.filter_valid
+            if another < ACCEPTANCE:
+                self.discrepancies = comparison.mean_squares
+
+    @property
+    def _is_accepted(self) -> bool:
+        """Whether the filter is consistent with the bank or, before they are compared, the exponential law probable."""
+        laws = self._laws
+        if laws is None:
+            return False
+        return not self._replaces_filter if laws.is_comparable else laws.bank.exponential_probability > ACCEPTANCE
+
+    def _keep(self, step_ns: int) -> None:
+        if self._laws is not None and not self._laws.bank.is_repeating:
+            self._kept_ns = step_ns
+            self._checkpoints.append(Checkpoint(self._laws.copied(), copy.deepcopy(self._comparison)))
+
+    def _replace_checkpoints(self) -> None:
+        """The present bank is the only checkpoint."""
+        self._checkpoints.clear()
+        self._keep(self._kept_ns)
 
     @property
     def _replaces_filter(self) -> bool:
         """Whether filter and bank are inconsistent, or the filter has no valid stiffness under an improbable law."""
         improbable = self._laws is not None and self._laws.bank.exponential_probability < REJECTION
         return self._comparison.exceeds_threshold or (improbable and not self._comparison.filter_valid)
-
-    @property
-    def discrepancies(self) -> tuple[float, float]:
-        """Variances of the filter's ln stiffness and damping [N^2 s^2/m^2] by the choice of the law."""
-        return self._comparison.discrepancies
 
     def coefficients(self, tracker: Tracker) -> Coefficients:
         """Published coefficients; k2 of the bank is the local slope of ln sigma, d2 is not defined there."""
@@ -143,19 +221,24 @@ class LawChoice:
         return known.k2, known.k2_variance, known.d2, known.d2_variance, known.force_offset, known.coulomb_friction
 
 
+def _posterior(prior: float, variance: float) -> float:
+    """Variance of a discrepancy of this prior variance, after a comparison with an estimate of this variance."""
+    return prior * variance / (prior + variance) if variance > 0.0 else 0.0
+
+
 def with_bank(state: State, laws: LawChoice) -> State:
     """The state of the filter with the bank's impedance in place of the coefficients of the exponential law.
 
     ln stiffness and k2 are those at the present deflection, which is the reference; d1 is the damping at rest.
     """
     now = {name: float(laws.impedance[0][name]) for name in SCALARS}
-    elastic = laws.elastic_law()
+    elastic, variance = laws.elastic_law(), now["ln_stiffness_variance"] + laws.discrepancies[0]
     relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
     return state._replace(
         deflection_reference=state.deflection,
         ln_stiffness_reference=now["ln_stiffness"],
-        ln_stiffness_reference_variance=now["ln_stiffness_variance"],
-        ln_stiffness_reference_valid=now["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2,
+        ln_stiffness_reference_variance=variance,
+        ln_stiffness_reference_valid=variance < MAX_STIFFNESS_STD**2,
         k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=state.k2_valid and relative < MAX_K2_STD,
         d1=now["rest_damping"], d1_valid=False, d2=0.0, d2_variance=0.0, d2_valid=False,
         inertia_valid=False, force_offset=now["level"], force_offset_valid=False,

@@ -20,20 +20,34 @@ from vsa_estimator.tuning.output import (
 
 
 class Difference:
-    """Running mean square of the difference of one quantity, in units of its variance."""
+    """Running mean squares of the difference of one quantity."""
 
     def __init__(self) -> None:
         """No difference yet."""
         self.nis = 1.0  # mean of the difference squared over the sum of the two variances
         self._weighted_nis = 0.0  # the same, weighted by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
+        self.restart_squares()
+
+    def restart_squares(self) -> None:
+        """Drop the mean squares in units of the quantity: one of the two estimates is a new one."""
+        self.mean_square = 0.0  # [unit^2]
+        self._weighted_excess = 0.0  # mean of what exceeds the two variances, by the probability of another law
 
     def add(self, gain: float, difference: float, variance: float, weight: float) -> None:
         """Update by a difference with the sum of the two variances; `weight` is the probability of another law."""
-        nis = min(difference * difference / variance, COMPARISON_CAP)
+        square = difference * difference
+        nis = min(square / variance, COMPARISON_CAP)
         self.nis += gain * (nis - self.nis)
+        self.mean_square += gain * (square - self.mean_square)
+        self._weighted_excess += gain * (weight * (square - variance) - self._weighted_excess)
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
         self._precision += gain * (1.0 / variance - self._precision)
+
+    @property
+    def excess(self) -> float:
+        """Mean square of the difference beyond both variances, by the probability of another law [unit^2]."""
+        return max(self._weighted_excess, 0.0)
 
     @property
     def discrepancy(self) -> float:
@@ -72,9 +86,24 @@ class LawComparison:
         """Whether stiffness or damping of the filter differs from the bank's by more than both intervals permit."""
         return max(self._stiffness.nis, self._damping.nis) > DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD
 
+    def restart_squares(self) -> None:
+        """Drop the mean squares in units of the quantities: one of the two estimates is a new one."""
+        self._stiffness.restart_squares()
+        self._damping.restart_squares()
+
+    @property
+    def mean_squares(self) -> tuple[float, float]:
+        """Mean squared differences of ln stiffness and of the damping [N^2 s^2/m^2]."""
+        return self._stiffness.mean_square, self._damping.mean_square
+
+    @property
+    def excesses(self) -> tuple[float, float]:
+        """Variances of ln stiffness and of the damping by which the differences exceed both intervals."""
+        return self._stiffness.excess, self._damping.excess
+
     @property
     def discrepancies(self) -> tuple[float, float]:
-        """Variances of ln stiffness and of the damping [N^2 s^2/m^2] that the choice of the law leaves open."""
+        """Variances of ln stiffness and of the damping by differences that do not exceed the threshold."""
         return self._stiffness.discrepancy, self._damping.discrepancy
 
 

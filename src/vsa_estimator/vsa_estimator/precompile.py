@@ -5,7 +5,9 @@ import numpy as np
 from vsa_common.accel import ACCELERATED
 from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.measurement_noise import NoiseLevel
+from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.process_noise import JerkDensity
+from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import Z
 from vsa_estimator.general.bank import Bank
@@ -43,13 +45,15 @@ def precompile(with_bank: bool = False) -> None:
 
 
 def _run_bank() -> None:
-    """Steps of a bank up to a repetition, with a gap."""
+    """Steps of a bank up to a repetition, with a gap, and the filter's output for the comparison."""
     initial = EstimatorConfig().initial
     bank = Bank(initial, 10.0)
     for number in range(60):  # 6 s at 1 mm/s: beyond the first repetition
         bank.step(0.1, (0.01 + 1e-4 * number, 1e-10), (30.0, 1e-4))
     bank.repeat_slice()
     bank.interrupt(0.01, 1e-10)
+    tracker = _moving_tracker()
+    predict_output(tracker.state, tracker.reference, 0.0, 0.0, np.zeros(1, PREDICTION))
 
 
 def _moving_tracker() -> Tracker:

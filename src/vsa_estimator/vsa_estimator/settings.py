@@ -76,7 +76,7 @@ class EstimatorConfig:
         "force measures the force itself; force_rate is the paper's filter, eqs. (14) to (17) corrected",
     )
     elastic_law: str = choice(
-        "exponential",
+        "automatic",
         ("exponential", "automatic"),
         "exponential: eq. (2); automatic: that law until the data refute it, then a law of any form",
     )

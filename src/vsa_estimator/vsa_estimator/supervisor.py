@@ -79,6 +79,7 @@ class Supervisor(FilterParts):
                 self.counters.count_reset(ResetReason.INNOVATION)
             else:
                 self.modes.handle(Event.REFUTED)
+                self.laws.refute()
                 self.hand_over.clear()
 
     def _step_general(self, block: Decimated) -> None:

@@ -71,7 +71,7 @@ def test_the_exponential_law_can_be_chosen_for_any_recording(quadratic, tmp_path
     path, _ = quadratic
     out = tmp_path / "mine.yaml"
     assert main([str(path), "--out", str(out), "--elastic-law", "exponential"]) == 0
-    assert "elastic_law" not in out.read_text()
+    assert "elastic_law: exponential" in out.read_text()
     assert load(out, "estimator_1", EstimatorConfig).elastic_law == "exponential"
     assert "refuted" not in capsys.readouterr().out
 

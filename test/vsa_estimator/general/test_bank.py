@@ -27,10 +27,11 @@ def simulated(spring="exponential", duration=30.0, **sensor_errors):
     return simulation, simulation.recording(seed=1)
 
 
-def run(bank, recording):
-    """ln stiffness and its variance after each sample (n, 2); repetitions end at once."""
-    out = np.zeros((recording.force.size, 2))
-    for i, (force, deflection) in enumerate(zip(recording.force, recording.deflection, strict=True)):
+def run(bank, recording, part=slice(None)):
+    """ln stiffness and its variance after each sample of a part (n, 2); repetitions end at once."""
+    forces, deflections = recording.force[part], recording.deflection[part]
+    out = np.zeros((forces.size, 2))
+    for i, (force, deflection) in enumerate(zip(forces, deflections, strict=True)):
         bank.step(0.01, (float(deflection), NOISE[1]), (float(force), NOISE[0]))
         while bank.is_repeating:
             bank.repeat_slice()
@@ -105,35 +106,45 @@ def test_the_estimator_changes_to_the_bank_only_where_the_law_is_refuted(spring,
     assert np.median(np.abs(error)) < 0.005
 
 
-def feed(bank, deflections, force=30.0):
-    for x in deflections:
-        bank.step(0.01, (float(x), NOISE[1]), (force, NOISE[0]))
-
-
-def test_a_reversal_counts_after_a_travel_that_changes_the_stiffness():
-    bank = Bank(Initial(), 100.0)
-    rng = np.random.default_rng(1)
-    feed(bank, 0.01 + 1e-5 * rng.standard_normal(200))  # noise at rest
-    assert bank.turns == 0
-    t = np.arange(600) * 0.01
-    feed(bank, 0.01 + 1e-3 * np.sin(2.0 * np.pi * 0.5 * t))  # three periods: six reversals
-    assert bank.turns == 6
-    feed(bank, 0.01 + 5e-5 * np.sin(2.0 * np.pi * 0.5 * t))  # stiffness changes by 3 %
-    assert bank.turns == 6
-
-
-@pytest.mark.parametrize("shift", [0.0, 1.5e-3])
-def test_a_repetition_passes_a_gap_and_a_shift_of_the_encoder(shift):
+@pytest.mark.parametrize(("shift", "force_shift"), [(0.0, 0.0), (1.5e-3, 0.0), (0.0, 5.0)])
+def test_a_repetition_passes_a_gap_and_a_shift_of_either_sensor(shift, force_shift):
     simulation, recording = simulated("quadratic", duration=20.0)
     bank = Bank(Initial(), 100.0)
     for i, (force, deflection) in enumerate(zip(recording.force, recording.deflection, strict=True)):
         moved = (float(deflection) + (shift if i >= 800 else 0.0), NOISE[1])
+        force += force_shift if i >= 800 else 0.0
         if i == 800:  # between the repetitions at 6 and 10 s
-            bank.shift(shift)
+            bank.shift(shift, force_shift)
             bank.interrupt(*moved)
             continue
         bank.step(0.01, moved, (float(force), NOISE[0]))
         while bank.is_repeating:
             bank.repeat_slice()
-    assert bank.turns >= 2
     assert abs(bank.impedance["ln_stiffness"][0] - np.log(simulation.stiffness[-1])) < 0.01
+
+
+def test_a_copy_goes_on_as_the_bank_would():
+    _, recording = simulated("quadratic", duration=12.0)
+    bank, alone = Bank(Initial(), 100.0), Bank(Initial(), 100.0)
+    for part in (bank, alone):
+        run(part, recording, slice(800))
+    copied = bank.copied()
+    before = bank.impedance.copy()
+    for part in (copied, alone):
+        run(part, recording, slice(800, None))
+    assert copied.repetitions == alone.repetitions == 3
+    assert np.array_equal(copied.impedance, alone.impedance)
+    assert np.array_equal(bank.impedance, before)
+
+
+def test_the_exponential_law_can_be_excluded_until_the_next_start():
+    _, recording = simulated(duration=8.0)
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording, slice(400))
+    assert bank.exponential_probability > 0.5
+    bank.exclude_exponential()
+    run(bank, recording, slice(400, None))
+    assert bank.exponential_probability == 0.0
+    bank.restart()
+    run(bank, recording, slice(400))
+    assert bank.exponential_probability > 0.5

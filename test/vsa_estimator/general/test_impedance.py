@@ -8,7 +8,7 @@ from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.models import MODELS, geometry_at, members_at
 from vsa_estimator.general.records import DAMPER, DAMPER_SIZE, IMPEDANCE, INTERVALS, SIZE, SPRING, SPRING_SIZE, V, X
 from vsa_estimator.settings import Initial
-from vsa_estimator.tuning.general import DAMPING_BIAS, STIFFNESS_BIAS
+from vsa_estimator.tuning.general import DAMPING_BIAS, LIKELIHOOD_POWER, STIFFNESS_BIAS
 
 GEOMETRY = geometry_at(Initial(), 0.010, 240.0)
 
@@ -108,7 +108,7 @@ def test_the_mixture_has_the_moments_of_its_members():
     every, probabilities, out = members(), np.empty(len(MODELS)), np.zeros(1, IMPEDANCE)
     every["ln_likelihood"] = np.linspace(0.0, -3.0, len(MODELS))
     mixture(every, GEOMETRY, probabilities, out)
-    weights = np.exp(every["ln_likelihood"]) * np.array([model.prior for model in MODELS])
+    weights = np.exp(LIKELIHOOD_POWER * every["ln_likelihood"]) * np.array([model.prior for model in MODELS])
     weights /= weights.sum()
     assert probabilities == pytest.approx(weights)
     parts = np.zeros(len(MODELS), IMPEDANCE)
@@ -128,7 +128,7 @@ def systematic_square(name, rest_damping):
 
 def test_an_unlikely_member_is_left_out():
     every, probabilities, out = members(), np.empty(len(MODELS)), np.zeros(1, IMPEDANCE)
-    every["ln_likelihood"] = -20.0
+    every["ln_likelihood"] = -20.0 / LIKELIHOOD_POWER
     every["ln_likelihood"][1] = 0.0
     mixture(every, GEOMETRY, probabilities, out)
     alone = np.zeros(1, IMPEDANCE)

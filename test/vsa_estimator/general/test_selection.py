@@ -8,9 +8,9 @@ import pytest
 from vsa_common.accel import ACCELERATED
 from vsa_estimator.general.models import MODELS
 from vsa_estimator.general.records import DELAY
-from vsa_estimator.general.selection import LawSelection
+from vsa_estimator.general.selection import LawSelection, Reversals
 from vsa_estimator.settings import Initial
-from vsa_estimator.tuning.general import MIN_AGE, REFUTATION, REFUTATION_TIME
+from vsa_estimator.tuning.general import MIN_AGE, REFUTATION, REFUTATION_TIME, TURN_TRAVEL
 from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.laws.springs import SpringConfig
 from vsa_simulator.rig.config import SensorErrorConfig
@@ -50,6 +50,18 @@ def run(recording, samples):
 
 def error_of(laws, simulation, i):
     return float(laws.impedance["ln_stiffness"][0]) - np.log(simulation.stiffness[i])
+
+
+def test_a_reversal_counts_after_a_travel_that_changes_the_stiffness():
+    reversals, rng = Reversals(TURN_TRAVEL / Initial().k2), np.random.default_rng(1)
+    t = np.arange(600) * 0.01
+    rest = 0.01 + 1e-5 * rng.standard_normal(200)  # noise alone
+    large = 0.01 + 1e-3 * np.sin(2.0 * np.pi * 0.5 * t)  # three periods: six reversals
+    small = 0.01 + 5e-5 * np.sin(2.0 * np.pi * 0.5 * t)  # stiffness changes by 3 %
+    for deflections, count in ((rest, 0), (large, 6), (small, 6)):
+        for deflection in deflections:
+            reversals.add(float(deflection), VARIANCES[0])
+        assert reversals.count == count
 
 
 def test_another_law_is_refuted_only_after_the_refutation_time():

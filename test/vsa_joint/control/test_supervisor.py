@@ -174,7 +174,7 @@ def test_a_short_timeout_costs_no_more_than_twice_its_duration():
 def test_a_backlog_is_detected_by_its_stamps(topic):
     feed = active()
     assert feed.run(200, late={topic: 30})[-1][1] is Mode.ACTIVE
-    delay, reason = first_hold(feed, feed.run(100, late={topic: 150}), feed.now)
+    delay, reason = first_hold(feed, feed.run(100, late={topic: 300}), feed.now)
     assert delay <= 10
     assert reason.startswith(f"{topic} comes late")
 
@@ -182,8 +182,23 @@ def test_a_backlog_is_detected_by_its_stamps(topic):
 def test_a_delayed_joint_estimate_holds_with_the_fault_of_the_estimator():
     feed = active()
     feed.inputs.estimator_faults = ("", "no samples")
-    _, reason = first_hold(feed, feed.run(20, late={"joint_impedance": 80}), feed.now)
+    _, reason = first_hold(feed, feed.run(20, late={"joint_impedance": 260}), feed.now)
     assert reason.endswith("(transmission_2: no samples)")
+
+
+def test_a_late_joint_estimate_gives_feed_forward_without_a_hold_and_states_its_age():
+    feed = active()
+    out = feed.run(3000, late={"joint_impedance": 150})
+    assert {row[1] for row in out} == {Mode.FEED_FORWARD}
+    assert out[-1][2] == "joint_impedance comes late: more than 60 ms old by its stamps"
+    assert "recent stiffness" in feed.supervisor.waits_for
+    assert {row[1] for row in feed.run(200)} == {Mode.ACTIVE}
+
+
+def test_a_late_joint_estimate_before_a_valid_law_is_no_control():
+    feed = Feed()
+    out = feed.run(300, late={"joint_impedance": 150})
+    assert Mode.FEED_FORWARD not in {row[1] for row in out}
 
 
 def test_a_silent_joint_holds_with_the_names_of_the_silent_estimators():

@@ -49,14 +49,13 @@ def test_absent_options_change_nothing():
 @pytest.mark.parametrize(
     ("text", "law"),
     [
-        ("", "exponential"),
+        ("", "automatic"),
         ("--spring sinh", "automatic"),
-        ("--sensor-delay 0.005", "automatic"),
         ("--spring sinh --elastic-law exponential", "exponential"),
         ("--elastic-law automatic", "automatic"),
     ],
 )
-def test_the_estimators_assume_no_law_of_a_rig_that_differs_from_the_papers(text, law, tmp_path):
+def test_the_estimators_assume_no_law_unless_one_is_given(text, law, tmp_path):
     options = parsed(text, duration=12.0, rate=250, seed=3, out=tmp_path)
     file = write_run(tmp_path, options, 61_234, {})
     assert [load(file, f"estimator_{i}", NodeConfig).elastic_law for i in (1, 2)] == [law, law]

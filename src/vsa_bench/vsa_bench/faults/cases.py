@@ -92,7 +92,6 @@ def _laws(**laws: object) -> TransmissionVariant:
     return TransmissionVariant(laws=ForceLaws(**laws))  # type: ignore[arg-type]
 
 
-# Those of other laws than the exponential are estimated with `elastic_law: automatic`, as the demo does.
 TRANSMISSIONS = {
     "paper_1": TransmissionVariant(),
     "paper_2": TransmissionVariant(transmission=SecondTransmissionConfig()),
@@ -101,7 +100,6 @@ TRANSMISSIONS = {
     "damper_linear": _laws(damper=DamperConfig("linear")),
     "friction_stribeck": _laws(friction=FrictionConfig("stribeck")),
 }
-EXPONENTIAL = ("paper_1", "paper_2")
 
 
 @dataclass(frozen=True)
@@ -112,11 +110,6 @@ class HealthyCase:
     motion: str
     stamps: str
     rate_hz: int
-
-    @property
-    def elastic_law(self) -> str:
-        """Parameter `elastic_law` of the estimator."""
-        return "exponential" if self.transmission in EXPONENTIAL else "automatic"
 
     @property
     def label(self) -> str:

@@ -57,8 +57,7 @@ def run_healthy(case: HealthyCase, seed: int, seconds: float) -> dict[str, Any]:
     """Figures of healthy motion of `seconds` [s], as the JSON has them."""
     made = simulate(TRANSMISSIONS[case.transmission], case.motion, seconds, case.rate_hz, seed)
     stamp_ns = STAMPS[case.stamps](made.recording.stamp_ns, np.random.default_rng([seed, 3]))
-    parameters = {**made.start, "elastic_law": case.elastic_law}
-    seen = observe(replace(made.recording, stamp_ns=stamp_ns), parameters, HEALTHY_READING_PERIOD_S, case.rate_hz)
+    seen = observe(replace(made.recording, stamp_ns=stamp_ns), made.start, HEALTHY_READING_PERIOD_S, case.rate_hz)
     begin = HAND_OVER_S + (INTRODUCTION_S if case.motion in INTRODUCED else 0.0)
     return {
         "transmission": case.transmission, "motion": case.motion, "stamps": case.stamps, "rate_hz": case.rate_hz,

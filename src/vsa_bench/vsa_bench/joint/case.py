@@ -124,7 +124,6 @@ def estimator_config(coefficients: TransmissionConfig, rig: RigConfig, index: in
         EstimatorConfig,
         {f"initial.{name}": float(value) for name, value in start.items()}
         | {
-            "elastic_law": "exponential" if rig.spring.kind == EXPONENTIAL else "automatic",
             "filter_rate": EXACT_FILTER_RATE_HZ if rig.rate_hz == EXACT_RATE_HZ else FILTER_RATE_HZ,
             "deflection_resolution": rig.sensors.deflection_resolution,
             "force_noise_std": max(rig.sensors.force_noise_std, EXACT_FORCE),

@@ -28,7 +28,7 @@ from vsa_estimator.offline.instants import Timing, corrected
 from vsa_estimator.offline.recordings import Recording, RecordingError, read_recordings
 from vsa_estimator.settings import EstimatorConfig, Initial
 
-LAWS = (AUTOMATIC := "automatic", "exponential")
+LAWS = (AUTOMATIC := "automatic", EXPONENTIAL := "exponential")
 STEEPEST = 4.0  # k2 times stroke, up to which the spline of the bank of laws covers the stroke from any start
 STEEP_SHARE = 0.9  # quantile of the slopes of ln stiffness that k2 is
 
@@ -87,9 +87,8 @@ def write_parameters(path: Path, results: Mapping[str, Identification]) -> None:
     for name, one in results.items():
         node = f"/**/{name.replace('transmission', 'estimator')}"
         initial: dict[str, object] = {**start_values(one)}
-        values: dict[str, Any] = {"initial": initial}
+        values: dict[str, Any] = {"initial": initial, "elastic_law": EXPONENTIAL if one.is_exponential else AUTOMATIC}
         if not one.is_exponential:
-            values["elastic_law"] = "automatic"
             remarks += _law_remarks(node, one, f"{name}, {one.rows} rows; {comparison(one)}")
         elif one.value("k1") > 0.0 and one.value("k2") > 0.0:
             coefficients = posterior(one)

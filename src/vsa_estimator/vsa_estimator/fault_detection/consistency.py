@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from vsa_common.types import ResetReason
-from vsa_estimator.fault_detection.isolation import SensorShift
+from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
 from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import C
@@ -34,6 +34,7 @@ class Decision(NamedTuple):
 
     event: Event | None = None
     restore: Coefficients | None = None  # to be set before the event
+    shift: SensorShift = NO_SHIFT  # of a sensor, which the restored coefficients contain
     reset: ResetReason = ResetReason.NONE
     fault: str = ""  # the isolated one
 
@@ -162,9 +163,10 @@ class ConsistencyMonitor:
         if shift.deflection:
             restore = self.shift_reference(tracker, shift.deflection, shift.std**2)
             fault = f"encoder offset of {1e3 * shift.deflection:+.2f} mm"
-            return Decision(restore=restore, reset=ResetReason.DEFLECTION, fault=fault)
+            return Decision(restore=restore, shift=shift, reset=ResetReason.DEFLECTION, fault=fault)
         restore = self._shift_force_offset(tracker, shift.force, shift.std**2)
-        return Decision(restore=restore, reset=ResetReason.INNOVATION, fault=f"force offset of {shift.force:+.2f} N")
+        fault = f"force offset of {shift.force:+.2f} N"
+        return Decision(restore=restore, shift=shift, reset=ResetReason.INNOVATION, fault=fault)
 
     def _shift_force_offset(self, tracker: Tracker, shift: float, variance: float) -> Coefficients:
         checkpoint = self._parity.checkpoint or _present(tracker)

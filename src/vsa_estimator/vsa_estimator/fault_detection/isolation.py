@@ -17,6 +17,9 @@ class SensorShift(NamedTuple):
     std: float  # of the one that is not zero
 
 
+NO_SHIFT = SensorShift(0.0, 0.0, 0.0)
+
+
 def isolate(residual: Array, sigma: Array, k2: float, limit: float) -> SensorShift | None:
     """The hypothesis that leaves a ripple below `limit` [N], and LIKELIHOOD_MARGIN times less than its rival.
 

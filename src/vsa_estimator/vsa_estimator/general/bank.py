@@ -6,6 +6,7 @@ repeats all its steps from the prior, in slices, with the gradient by the motion
 filter whose first gradients were wrong keeps a bias (iterated filter; Jazwinski, 1970, ch. 8).
 """
 
+import copy
 import math
 
 import numpy as np
@@ -17,7 +18,7 @@ from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
 from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
 from vsa_estimator.general.prediction import predict_member
-from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, V, X
+from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, L, Record, V, X
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import STATIONARY_SPEED, STATIONARY_TIME
 from vsa_estimator.tuning.general import (
@@ -26,8 +27,6 @@ from vsa_estimator.tuning.general import (
     RELINEARIZATION_TIMES,
     SLOPE_STD,
     STEPS_PER_SLICE,
-    TURN_STDS,
-    TURN_TRAVEL,
 )
 
 
@@ -91,8 +90,9 @@ class Bank:
         self._members: Record | None = None
         self._encoder = EncoderMotion()
         self._probabilities = np.full(len(MODELS), 1.0 / len(MODELS))
-        self._age, self._count, self._checks = 0.0, 0, list(RELINEARIZATION_TIMES)
-        self._turns, self._direction, self._extreme = 0, 1, -math.inf
+        self.age = 0.0  # time of motion with forces since the start [s]
+        self._count, self._checks = 0, list(RELINEARIZATION_TIMES)
+        self.repetitions = 0  # completed ones
         self._span = (math.inf, -math.inf)  # of the deflections [m]
         self._repeated: Record | None = None  # members of a running repetition
         self._done = 0  # steps of the buffer that it has repeated
@@ -108,20 +108,35 @@ class Bank:
         advance(self._members, self._geometry, step)
         self._store(step)
 
-    def shift(self, offset: float) -> None:
-        """Shift the elastic law by `offset` [m]: the encoder reads so much more from now on."""
+    def copied(self) -> "Bank":
+        """The bank without a running repetition. Only one of the two may go on: they share the stored steps."""
+        other, shared = copy.copy(self), self._buffer
+        other._buffer, other._repeated = np.zeros(0, STEP), None
+        other = copy.deepcopy(other)
+        other._buffer = shared
+        return other
+
+    def shift(self, deflection: float, force: float = 0.0) -> None:
+        """Shift the law: encoder and force sensor read `deflection` [m] and `force` [N] more from now on."""
         if self._members is None:
             return
         for geometry in (self._geometry, self._repeated_geometry):
-            geometry["reference"] += offset
-            geometry["origin"] += offset
+            geometry["reference"] += deflection
+            geometry["origin"] += deflection
         for members in (self._members, self._prior, self._repeated):
             if members is not None:
-                members["mean"][:, X] += offset
-        self._buffer["deflection"] += offset
-        self._buffer["encoder"]["mean"][:, X] += offset
-        self._span = self._span[0] + offset, self._span[1] + offset
-        self._extreme += offset
+                members["mean"][:, X] += deflection
+                members["mean"][:, L] += force
+        self._buffer["deflection"] += deflection
+        self._buffer["encoder"]["mean"][:, X] += deflection
+        self._buffer["force"] += force
+        self._span = self._span[0] + deflection, self._span[1] + deflection
+
+    def exclude_exponential(self) -> None:
+        """Give the exponential law the probability zero until the next start."""
+        for members in (self._members, self._prior, self._repeated):
+            if members is not None:
+                members["model"]["ln_prior"][0] = -math.inf
 
     def step(self, dt: float, deflection: tuple[float, float], force: tuple[float, float]) -> None:
         """One step dt [s] after the last; `deflection` [m] and `force` [N] with their variances, NaN for no force."""
@@ -136,24 +151,13 @@ class Bank:
         advance(self._members, self._geometry, step)
         self._span = min(self._span[0], deflection[0]), max(self._span[1], deflection[0])
         mixture(self._members, self._geometry, self._probabilities, self.impedance)
-        self._age += dt if self.force_nis is not None else 0.0
-        self._count_turns(*deflection)
+        self.age += dt if self.force_nis is not None else 0.0
         self._store(step)
 
     @property
     def is_repeating(self) -> bool:
         """Whether a repetition is running."""
         return self._repeated is not None
-
-    @property
-    def age(self) -> float:
-        """Time of motion with forces since the start [s]."""
-        return self._age
-
-    @property
-    def turns(self) -> int:
-        """Reversals of the motion since the start, each after a travel over which the stiffness changes by 10 %."""
-        return self._turns
 
     def repeat_slice(self) -> None:
         """Repeat some steps of the running repetition; at its end its members replace the live ones."""
@@ -164,6 +168,7 @@ class Bank:
         repeat(self._repeated, self._repeated_geometry, steps)
         self._done += len(steps)
         if self._done == self._count:
+            self.repetitions += 1
             self._members, self._repeated, self._geometry = self._repeated, None, self._repeated_geometry.copy()
             mixture(self._members, self._geometry, self._probabilities, self.impedance)
 
@@ -218,7 +223,7 @@ class Bank:
             return
         self._buffer[self._count] = step[0]
         self._count += 1
-        if self._checks and self._repeated is None and self._age >= self._checks[0] and self._members is not None:
+        if self._checks and self._repeated is None and self.age >= self._checks[0] and self._members is not None:
             self._checks.pop(0)
             self._repeated = self._prior.copy()
             self._repeated_geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), self._growth())
@@ -226,15 +231,6 @@ class Bank:
             linear[:, SPRING:] = with_growth(linear[:, SPRING:], self._geometry, self._repeated_geometry)
             self._repeated["linear"] = linear
             self._done = 0
-
-    def _count_turns(self, deflection: float, variance: float) -> None:
-        """Count a reversal; the noise of the encoder is none."""
-        back = max(TURN_TRAVEL / self._initial.k2, TURN_STDS * math.sqrt(variance))
-        if self._direction * (deflection - self._extreme) >= 0.0:
-            self._extreme = deflection
-        elif abs(deflection - self._extreme) > back:
-            self._turns += 1
-            self._direction, self._extreme = -self._direction, deflection
 
     def _growth(self) -> float:
         """kappa [1/m] of the exponential law that fits the elastic law of the most probable simple member best."""

@@ -25,7 +25,13 @@ from vsa_estimator.general.records import (
     X,
 )  # fmt: skip
 from vsa_estimator.tuning.filter import PEAK_FRACTION
-from vsa_estimator.tuning.general import DAMPING_BIAS, MIN_PROBABILITY, MIN_RELATIVE_STIFFNESS, STIFFNESS_BIAS
+from vsa_estimator.tuning.general import (
+    DAMPING_BIAS,
+    LIKELIHOOD_POWER,
+    MIN_PROBABILITY,
+    MIN_RELATIVE_STIFFNESS,
+    STIFFNESS_BIAS,
+)  # fmt: skip
 
 
 @compiled
@@ -104,12 +110,16 @@ def member_impedance(member: Record, geometry: Record, out: Record) -> None:
 
 @compiled
 def mixture(members: Record, geometry: Record, probabilities: Array, out: Record) -> None:
-    """Moment-matched impedance and motion of all members, into `out`, (1,) IMPEDANCE; the probabilities are updated."""
+    """Moment-matched impedance and motion of all members, into `out`, (1,) IMPEDANCE; the probabilities are updated.
+
+    The power of the likelihood is that of a coarsened posterior (Miller and Dunson, 2019): no member is the true law.
+    """
     top, total = -np.inf, 0.0
     for m in range(members.size):
         top = max(top, members[m]["ln_likelihood"])
     for m in range(members.size):
-        probabilities[m] = math.exp(members[m]["ln_likelihood"] - top + members[m]["model"]["ln_prior"])
+        evidence = LIKELIHOOD_POWER * (members[m]["ln_likelihood"] - top)
+        probabilities[m] = math.exp(evidence + members[m]["model"]["ln_prior"])
         total += probabilities[m]
     kept = 0.0
     for m in range(members.size):

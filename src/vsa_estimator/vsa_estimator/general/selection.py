@@ -1,6 +1,9 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The bank beside the filter of the exponential law, and the evidence against that law."""
 
+import copy
+import math
+
 from vsa_estimator.general.bank import Bank
 from vsa_estimator.general.records import Record
 from vsa_estimator.settings import Initial
@@ -11,7 +14,30 @@ from vsa_estimator.tuning.general import (
     MIN_TURNS,
     REFUTATION,
     REFUTATION_TIME,
+    TURN_STDS,
+    TURN_TRAVEL,
 )
+
+
+class Reversals:
+    """Reversals of the motion, each after a travel over which the stiffness changes by 10 %."""
+
+    def __init__(self, travel: float) -> None:
+        """`travel` [m] that is too long for a reversal of noise."""
+        self._travel = travel
+        self.count, self._direction, self._extreme = 0, 1, -math.inf
+
+    def add(self, deflection: float, variance: float) -> None:
+        """Add a deflection [m] with this variance [m^2]; the noise of the encoder is no reversal."""
+        if self._direction * (deflection - self._extreme) >= 0.0:
+            self._extreme = deflection
+        elif abs(deflection - self._extreme) > max(self._travel, TURN_STDS * math.sqrt(variance)):
+            self.count += 1
+            self._direction, self._extreme = -self._direction, deflection
+
+    def shift(self, offset: float) -> None:
+        """The encoder reads `offset` [m] more from now on."""
+        self._extreme += offset
 
 
 class LawSelection:
@@ -24,12 +50,13 @@ class LawSelection:
 
     def __init__(self, initial: Initial, rate: float) -> None:
         """`initial` coefficients; `rate` of the filter [Hz]."""
-        self.bank = Bank(initial, rate)
+        self.bank, self._turn_travel = Bank(initial, rate), TURN_TRAVEL / initial.k2
         self.restart()
 
     def restart(self) -> None:
         """Drop all data."""
         self.bank.restart()
+        self._reversals = Reversals(self._turn_travel)
         self._step_ns = 0
         self._interrupted = False  # the motion has a gap before the next step
         self._refuted_for = self._inadequate_for = 0.0  # [s]
@@ -40,9 +67,16 @@ class LawSelection:
         """The motion has a gap before the next step."""
         self._interrupted = True
 
-    def shift(self, offset: float) -> None:
-        """The encoder reads `offset` [m] more from now on."""
-        self.bank.shift(offset)
+    def copied(self) -> "LawSelection":
+        """The selection as it is, without a running repetition."""
+        other = copy.copy(self)
+        other.bank, other._reversals = self.bank.copied(), copy.copy(self._reversals)
+        return other
+
+    def shift(self, deflection: float, force: float = 0.0) -> None:
+        """Encoder and force sensor read `deflection` [m] and `force` [N] more from now on."""
+        self.bank.shift(deflection, force)
+        self._reversals.shift(deflection)
         self._interrupted = True
 
     def step(self, stamp_ns: int, deflection: tuple[float, float], force: tuple[float, float]) -> None:
@@ -56,6 +90,7 @@ class LawSelection:
             self.bank.interrupt(*deflection)
             return
         self.bank.step(dt, deflection, force)
+        self._reversals.add(*deflection)
         nis = self.bank.force_nis
         if nis is not None:
             self._mean_nis += min(dt / ADEQUACY_TIME, 1.0) * (min(nis, NIS_CAP) - self._mean_nis)
@@ -66,7 +101,7 @@ class LawSelection:
     @property
     def _is_rich(self) -> bool:
         """Whether the motion was long and varied enough for a decision between the laws."""
-        return self.bank.age > MIN_AGE and self.bank.turns >= MIN_TURNS
+        return self.bank.age > MIN_AGE and self._reversals.count >= MIN_TURNS
 
     @property
     def is_refuted(self) -> bool:

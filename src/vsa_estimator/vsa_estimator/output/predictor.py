@@ -77,8 +77,8 @@ def predict_into(
         predict_general(now["impedance"], ahead, now["jerk_density"], prediction)
     else:
         predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
-        prediction[0]["ln_stiffness_variance"] += now["stiffness_discrepancy"]
-        prediction[0]["damping_variance"] += now["damping_discrepancy"]
+    prediction[0]["ln_stiffness_variance"] += now["stiffness_discrepancy"]
+    prediction[0]["damping_variance"] += now["damping_discrepancy"]
     predicted = prediction[0]
     position_variance, ln_variance = predicted["deflection_variance"], predicted["ln_stiffness_variance"]
     if not np.isnan(deflection):

@@ -83,6 +83,9 @@ DENSITY_WINDOWS = _constant("DENSITY_WINDOWS", 20, "1", 5, 100,
 # Evidence
 MAX_EVIDENCE = _constant("MAX_EVIDENCE", 20.0, "nat", 5.0, 100.0,
     "bound of the log likelihood between members: what is refuted can return within seconds", _MEASURED)  # fmt: skip
+LIKELIHOOD_POWER = _constant("LIKELIHOOD_POWER", 0.2, "1", 0.05, 1.0,
+    "power of the likelihood in the probabilities: innovations of a wrong law are correlated over some steps, and "
+    "MAX_EVIDENCE leaves each member e^-4 of its prior odds", "docs/decisions/0017-filter-and-bank.md")  # fmt: skip
 MIN_PROBABILITY = _constant("MIN_PROBABILITY", 1e-4, "1", 1e-8, 1e-2,
     "probability below which a member is left out of the mixture", "its share of a standard deviation is 1 %")  # fmt: skip
 REFUTATION = _constant("REFUTATION", 18.0, "nat", 5.0, 20.0,
@@ -103,10 +106,18 @@ TURN_STDS = _constant("TURN_STDS", 10.0, "1", 6.0, 50.0,
 REJECTION = _constant("REJECTION", 0.05, "1", 0.001, 0.5,
     "probability of the exponential law below which the bank replaces a filter that has no valid stiffness",
     "odds of 19")  # fmt: skip
+ACCEPTANCE = _constant("ACCEPTANCE", 0.5, "1", 0.3, 0.95,
+    "probability above which the exponential law, or all others together, are the more probable",
+    "derivation: more probable than all other laws")  # fmt: skip
 STIFFNESS_BIAS = _constant("STIFFNESS_BIAS", 2e-3, "1", 2e-4, 1e-2,
     "systematic error of the bank's stiffness, relative: lag of the motion, which no covariance has", _MEASURED)  # fmt: skip
 DAMPING_BIAS = _constant("DAMPING_BIAS", 0.02, "damping at rest", 2e-3, 0.1,
     "the same of the damping", _MEASURED)  # fmt: skip
+LAW_DISCREPANCY_STD = _constant("LAW_DISCREPANCY_STD", 0.02, "1", 0.005, 0.1,
+    "prior standard deviation of the filter's ln stiffness by a wrong law that the comparison does not show",
+    "docs/decisions/0017-filter-and-bank.md")  # fmt: skip
+DAMPING_DISCREPANCY_STD = _constant("DAMPING_DISCREPANCY_STD", 0.1, "damping at rest", 0.02, 0.5,
+    "the same of the damping", "docs/decisions/0017-filter-and-bank.md")  # fmt: skip
 COMPARISON_TIME = _constant("COMPARISON_TIME", 5.0, "s", 1.0, 30.0,
     "time constant of the mean squared difference between filter and bank", _MEASURED)  # fmt: skip
 COMPARISON_CAP = _constant("COMPARISON_CAP", 25.0, "1", 9.0, 100.0,

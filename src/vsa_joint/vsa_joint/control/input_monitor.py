@@ -45,10 +45,12 @@ class InputMonitor:
     def fault(self, inputs: Inputs, law: Springs | None, now_ns: int) -> Fault | None:
         """Why control is not possible; None without a fault.
 
-        `law` is the last valid one. With it a stiffness that is invalid without a sensor fault is none: `invalidity`.
+        `law` is the last valid one. With it a stiffness that is invalid without a sensor fault is none (`invalidity`),
+        nor is a joint estimate that is too old for feedback (`lateness`) up to STATE_TIMEOUT_NS.
         """
         joint = inputs.joint
-        age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
+        by_stamp_ns = self._timeout_ns if law is None else max(STATE_TIMEOUT_NS, self._timeout_ns)
+        age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns, by_stamp_ns)
         if joint is None or age:
             faults = self._estimator_faults(inputs, now_ns)
             age = age or Fault("joint_impedance silent", "joint_impedance")
@@ -73,23 +75,36 @@ class InputMonitor:
                 return Fault(force, f"a plausible force of transmission_{number}")
         return None
 
+    def lateness(self, inputs: Inputs, now_ns: int) -> str:
+        """Why the joint estimate is too old for feedback, by its stamp; empty where it is not."""
+        age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
+        return format_fault(age.text, self._estimator_faults(inputs, now_ns)) if age else ""
+
     def _estimator_faults(self, inputs: Inputs, now_ns: int) -> tuple[str, str]:
         """Fault of each estimator; `silent` after half of the input timeout."""
         silent = ["silent" if 2 * (now_ns - arrival) > self._timeout_ns else "" for arrival in inputs.springs_ns]
         return inputs.estimator_faults[0] or silent[0], inputs.estimator_faults[1] or silent[1]
 
-    def _age_fault(self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int) -> Fault | None:
-        """Fault of an input that exceeds `timeout_ns` before the next period, by its arrival or by its stamp."""
-        limit_ns = max(timeout_ns - self._period_ns, timeout_ns // 2)
-        if now_ns - arrival_ns > limit_ns:
+    def _age_fault(
+        self, name: str, arrival_ns: int, timeout_ns: int, inputs: Inputs, now_ns: int, by_stamp_ns: int = 0
+    ) -> Fault | None:
+        """Fault of an input that exceeds `timeout_ns` before the next period, by its arrival or by its stamp.
+
+        `by_stamp_ns`: another timeout by the stamp.
+        """
+        if now_ns - arrival_ns > self._limit(timeout_ns):
             return Fault(f"{name} silent", name)
-        age_ns = now_ns - inputs.measured_ns.get(name, arrival_ns)
+        age_ns, limit_ns = now_ns - inputs.measured_ns.get(name, arrival_ns), self._limit(by_stamp_ns or timeout_ns)
         if age_ns > limit_ns:
             text = f"{name} comes late: more than {limit_ns // 1_000_000} ms old by its stamps"
             return Fault(text, f"a newer {name}")
         if age_ns < -MAX_FUTURE_NS:
             return Fault(f"{name} is stamped in the future: check the clock synchronization", "synchronized clocks")
         return None
+
+    def _limit(self, timeout_ns: int) -> int:
+        """Age [ns] at which a timeout would pass before the next period."""
+        return max(timeout_ns - self._period_ns, timeout_ns // 2)
 
     def _force_fault(self, number: int, force: float, spring: Spring, now_ns: int) -> str:
         config = self._config

@@ -14,7 +14,7 @@ class Mode(IntEnum):
     IDLE = 0  # before the first accepted command: no motor commands
     ACTIVE = 1  # feed-forward by the live law, feedback by the live estimate
     HOLDING = 2  # constant motor positions
-    FEED_FORWARD = 3  # stiffness invalid: the last valid law without feedback
+    FEED_FORWARD = 3  # stiffness invalid or late: the last valid law without feedback
     EXCITING = 4  # stiffness invalid: co-contraction about the present state, until it is valid again
 
 
@@ -23,7 +23,7 @@ class Event(IntEnum):
 
     FAULT = auto()  # no control possible
     VALID = auto()  # the stiffness is valid
-    TOLERABLE = auto()  # the stiffness is invalid without a sensor fault; the last valid law is within its tolerance
+    TOLERABLE = auto()  # stiffness invalid without a sensor fault, or late; the last valid law is within its tolerance
     INVALID = auto()  # likewise, and the last valid law is beyond its tolerance
 
 

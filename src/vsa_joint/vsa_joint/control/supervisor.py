@@ -2,7 +2,8 @@
 """Supervision of stiffness control: accepts commands, checks the inputs, and steps the control or holds the motors.
 
 While the stiffness is invalid without a sensor fault, control goes on with the last valid law, then re-excites both
-transmissions. Instants are of a steady clock and are arguments.
+transmissions. It also goes on with that law while the joint estimate comes late. Instants are of a steady clock and are
+arguments.
 """
 
 import math
@@ -140,7 +141,7 @@ class Supervisor:
         if fault is not None or measurement is None:
             fault = fault or Fault("no estimate yet", "an estimate of both transmissions")
             return _Condition(Event.FAULT, fault.text, fault.waits_for)
-        reason = invalidity(inputs)
+        reason = invalidity(inputs) or self._monitor.lateness(inputs, now_ns)
         if not reason:
             self.law_error = 0.0
             return _Condition(Event.VALID)
@@ -148,7 +149,7 @@ class Supervisor:
         drift = self._config.law_drift * math.sqrt(age)
         self.law_error = math.hypot(self.control.predicted_error(target, measurement), drift)
         if self.law_error <= self._config.law_error_max:
-            return _Condition(Event.TOLERABLE, reason, "a valid stiffness: control by the last valid law")
+            return _Condition(Event.TOLERABLE, reason, "a valid and recent stiffness: control by the last valid law")
         if self._config.recovery_amplitude > 0.0:
             return _Condition(Event.INVALID, reason, BY_EXCITATION)
         return _Condition(Event.FAULT, reason, f"{MOTION}; or set recovery_amplitude")

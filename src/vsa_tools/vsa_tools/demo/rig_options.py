@@ -31,8 +31,7 @@ TITLE = "other transmissions and sensors"
 TEXT = """By default the rig obeys the paper's laws, and its sensors have noise and resolution only. These options act
 on both transmissions; docs/reference/parameters.md has all parameters of the rig. With another spring or damper the
 table lists stiffness and damping at the end of the run in place of k2 and d2. True stiffness is the slope of the static
-spring, without relaxation and hysteresis; true damping is the slope of the damper, without friction. With any of these
-options the estimators have elastic_law automatic, unless --elastic-law is given."""
+spring, without relaxation and hysteresis; true damping is the slope of the damper, without friction."""
 
 
 def add_rig_options(parser: argparse.ArgumentParser) -> None:
@@ -60,9 +59,8 @@ def rig_changes(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
 
 def estimator_changes(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
     """Parameters of both estimators by the given options."""
-    usual = "automatic" if rig_changes(options) else EstimatorConfig.elastic_law
-    law = getattr(options, "elastic_law", None) or usual
-    return {f"estimator_{i}": {"elastic_law": law} for i in (1, 2)}
+    law = getattr(options, "elastic_law", None)
+    return {f"estimator_{i}": {"elastic_law": law} for i in (1, 2)} if law else {}
 
 
 def _reader(parameter: Parameter) -> Callable[[str], Any]:
