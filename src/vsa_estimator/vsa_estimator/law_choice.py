@@ -47,15 +47,15 @@ class LawChoice:
         self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
         self._checkpoints: deque[Checkpoint] = deque(maxlen=2)
         self._chosen_ns = self._kept_ns = 0
-        self._is_held = False
+        self._is_held = self._slice_due = False
         self._repetitions = 0  # of the bank at the last comparison
         self.publishes_bank = False
         self.discrepancies = (0.0, 0.0)  # variances of the published ln stiffness and damping by the choice of the law
 
     @property
-    def is_repeating(self) -> bool:
-        """Whether the bank repeats its steps."""
-        return self._laws is not None and not self._laws.is_confirmed and self._laws.bank.is_repeating
+    def is_slice_due(self) -> bool:
+        """Whether the bank has a part of a repetition to do before the next step: one for each step."""
+        return self._slice_due and self._laws is not None and self._laws.bank.is_repeating
 
     @property
     def impedance(self) -> Record:
@@ -78,9 +78,10 @@ class LawChoice:
         return ElasticLaw(self.description, numbers[0], numbers[1], numbers[2], force)
 
     def repeat_slice(self) -> None:
-        """Do a part of a repetition."""
-        if self._laws is not None and not self._laws.is_confirmed:
+        """Do the part of a repetition that is due."""
+        if self._laws is not None and self.is_slice_due:
             self._laws.bank.repeat_slice()
+        self._slice_due = False
 
     def restart(self) -> None:
         """Drop the data: the position is no longer valid."""
@@ -143,6 +144,7 @@ class LawChoice:
         if self._is_held:
             self._laws.interrupt()
             return False
+        self._slice_due = True
         force = block.force if block.forces else math.nan
         self._laws.step(block.stamp_ns, (block.deflection, noise[0]), (force, noise[1]))
         if modes.general:

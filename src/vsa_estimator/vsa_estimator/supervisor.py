@@ -188,5 +188,5 @@ class Supervisor(FilterParts):
 
     @property
     def has_deferred_work(self) -> bool:
-        """Whether a regression or a repetition of the bank of laws is running."""
-        return self.hand_over.is_running or self.laws.is_repeating
+        """Whether a part of a regression or of a repetition of the bank of laws is due."""
+        return self.hand_over.is_running or self.laws.is_slice_due
