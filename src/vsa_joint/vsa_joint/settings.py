@@ -123,7 +123,12 @@ class ControlConfig(Geometry, Limits, Motors):
         0.3, "", 0.0, 10.0, "predicted relative error of the stiffness above which a command is refused", tunable=True
     )
     input_timeout: float = quantity(
-        0.07, "s", 0.01, 10.0, "age of the joint estimate at which the motors hold", tunable=True
+        0.07,
+        "s",
+        0.01,
+        10.0,
+        "silence of the joint estimate at which the motors hold; at that age by its stamp, control without feedback",
+        tunable=True,
     )
     frozen_timeout: float = quantity(
         0.5, "s", 0.0, 60.0, "time after which a bit-identical force is a frozen sensor; 0: never", tunable=True

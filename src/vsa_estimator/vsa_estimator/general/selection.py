@@ -10,6 +10,7 @@ from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import NIS_CAP, NIS_THRESHOLD
 from vsa_estimator.tuning.general import (
     ADEQUACY_TIME,
+    MAX_INERTIA,
     MIN_AGE,
     MIN_TURNS,
     REFUTATION,
@@ -110,8 +111,11 @@ class LawSelection:
 
     @property
     def is_adequate(self) -> bool:
-        """Whether the most probable member explains the recent forces."""
-        return self._mean_nis < NIS_THRESHOLD
+        """Whether the most probable member explains the recent forces, and the mixture by a mass within its scope.
+
+        In a single tone a larger mass and a stiffer spring explain the same force.
+        """
+        return self._mean_nis < NIS_THRESHOLD and float(self.impedance["inertia"][0]) < MAX_INERTIA
 
     @property
     def is_comparable(self) -> bool:

@@ -92,6 +92,8 @@ REFUTATION = _constant("REFUTATION", 18.0, "nat", 5.0, 20.0,
     "log likelihood below the best member at which the exponential law counts as refuted", "odds of 7e7")  # fmt: skip
 ADEQUACY_TIME = _constant("ADEQUACY_TIME", 0.5, "s", 0.1, 5.0,
     "time constant of the mean NIS of the bank", "a quarter of REFUTATION_TIME")  # fmt: skip
+MAX_INERTIA = _constant("MAX_INERTIA", 20.0, "kg", 10.0, 100.0,
+    "mass of the bank above which it is not adequate", "required scope: a rod of 0.1 to 10 kg; twice as much")  # fmt: skip
 REFUTATION_TIME = _constant("REFUTATION_TIME", 2.0, "s", 0.2, 20.0,
     "time for which the exponential law stays at that bound until it is refuted", _MEASURED)  # fmt: skip
 MIN_AGE = _constant("MIN_AGE", 6.0, "s", 2.0, 30.0,
