@@ -47,7 +47,7 @@ class LawChoice:
         self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
         self._checkpoints: deque[Checkpoint] = deque(maxlen=2)
         self._chosen_ns = self._kept_ns = 0
-        self._is_held = self._slice_due = False
+        self.is_held = self._slice_due = False  # is_held: like the filter's coefficients
         self._repetitions = 0  # of the bank at the last comparison
         self.publishes_bank = False
         self.discrepancies = (0.0, 0.0)  # variances of the published ln stiffness and damping by the choice of the law
@@ -86,7 +86,8 @@ class LawChoice:
     def restart(self) -> None:
         """Drop the data: the position is no longer valid."""
         self._checkpoints.clear()
-        self._is_held = False
+        self.is_held = self.publishes_bank = False
+        self.discrepancies = (0.0, 0.0)
         if self._laws is not None:
             self._laws.restart()
             self._comparison.restart()
@@ -101,9 +102,9 @@ class LawChoice:
 
         The inconsistency is then a fault or a change, which the bank must not explain: it returns to its checkpoint.
         """
-        if self._is_held or not self._checkpoints:
+        if self.is_held or not self._checkpoints:
             return
-        self._is_held = True
+        self.is_held = True
         self._laws, self._comparison = self._checkpoints[0]
         self._replace_checkpoints()
 
@@ -112,7 +113,7 @@ class LawChoice:
 
         A law that is confirmed keeps its form: its coefficients are estimated again.
         """
-        if self._laws is not None and not self._laws.is_confirmed and (self._is_held or not self._laws.is_adequate):
+        if self._laws is not None and not self._laws.is_confirmed and (self.is_held or not self._laws.is_adequate):
             self.restart()
 
     def refute(self) -> None:
@@ -140,8 +141,8 @@ class LawChoice:
         """
         if self._laws is None:
             return False
-        self._is_held &= modes.suspended
-        if self._is_held:
+        self.is_held &= modes.suspended
+        if self.is_held:
             self._laws.interrupt()
             return False
         self._slice_due = True

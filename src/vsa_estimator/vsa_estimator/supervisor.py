@@ -20,8 +20,6 @@ from vsa_estimator.tuning.supervisor import (
     REFRESH_PERIOD,
 )
 
-POSITION_UNCERTAIN = "consistency check: motion of the rod or encoder step"
-
 
 class Supervisor(FilterParts):
     """The filter of one transmission, step by step."""

@@ -16,8 +16,8 @@ from vsa_bench.faults.metrics import (
 )
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT
 from vsa_estimator.fault_detection.latch import FAULT_TEXTS
+from vsa_estimator.filter_parts import POSITION_UNCERTAIN
 from vsa_estimator.preprocessing.sensor_flags import SensorFlag
-from vsa_estimator.supervisor import POSITION_UNCERTAIN
 
 STUCK, STEP = "encoder stuck: constant while the force changes", "encoder step of +1.00 mm"
 TIME = 0.1 * np.arange(100)

@@ -148,3 +148,13 @@ def test_the_exponential_law_can_be_excluded_until_the_next_start():
     bank.restart()
     run(bank, recording, slice(400))
     assert bank.exponential_probability > 0.5
+
+
+def test_a_member_that_has_diverged_has_no_part_in_the_mixture():
+    _, recording = simulated(duration=6.0)
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording, slice(500))
+    bank._members["mean"][3] = np.nan
+    run(bank, recording, slice(500, None))
+    assert bank._probabilities[3] == 0.0
+    assert np.isfinite(bank.impedance["ln_stiffness_variance"][0])

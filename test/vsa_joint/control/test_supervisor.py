@@ -195,6 +195,14 @@ def test_a_late_joint_estimate_gives_feed_forward_without_a_hold_and_states_its_
     assert {row[1] for row in feed.run(200)} == {Mode.ACTIVE}
 
 
+def test_a_late_joint_estimate_with_an_inaccurate_law_holds_until_a_newer_one():
+    feed = active()
+    feed.supervisor.control.predicted_error = lambda *_: 1.0
+    out = feed.run(100, late={"joint_impedance": 150})
+    assert out[-1][1] is Mode.HOLDING
+    assert "comes late" in out[-1][2]
+
+
 def test_a_late_joint_estimate_before_a_valid_law_is_no_control():
     feed = Feed()
     out = feed.run(300, late={"joint_impedance": 150})

@@ -25,6 +25,7 @@ from vsa_estimator.tuning.general import (
     MAX_EVIDENCE,
     MIN_GROWTH,
     RELINEARIZATION_TIMES,
+    REPEATED_TIME,
     SLOPE_STD,
     STEPS_PER_SLICE,
 )
@@ -50,7 +51,7 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
 
 @compiled
 def advance(members: Record, geometry: Record, step: Record) -> None:
-    """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one."""
+    """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one, or -inf: it has diverged."""
     if step[0]["gap"]:
         for m in range(members.size):
             reset_motion(members[m : m + 1], step["encoder"])
@@ -59,10 +60,11 @@ def advance(members: Record, geometry: Record, step: Record) -> None:
     for m in range(members.size):
         advance_member(members[m : m + 1], geometry, step)
         if not np.isfinite(members[m]["ln_likelihood"]):
-            members[m]["ln_likelihood"] = -1e9
+            members[m]["ln_likelihood"] = -np.inf
         best = max(best, members[m]["ln_likelihood"])
     for m in range(members.size):
-        members[m]["ln_likelihood"] = max(members[m]["ln_likelihood"] - best, -MAX_EVIDENCE)
+        if np.isfinite(members[m]["ln_likelihood"]):
+            members[m]["ln_likelihood"] = max(members[m]["ln_likelihood"] - best, -MAX_EVIDENCE)
 
 
 @compiled
@@ -81,7 +83,7 @@ class Bank:
     def __init__(self, initial: Initial, rate: float) -> None:
         """`initial` coefficients of the prior; `rate` of the filter [Hz]."""
         self._initial = initial
-        self._buffer = np.zeros(int(RELINEARIZATION_TIMES[-1] * rate) + 1, STEP)
+        self._buffer = np.zeros(int(REPEATED_TIME * rate) + 1, STEP)
         self.impedance: Record = np.zeros(1, IMPEDANCE)
         self.restart()
 

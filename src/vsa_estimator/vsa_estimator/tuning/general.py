@@ -69,8 +69,10 @@ MIN_DAMPING_SHARE = _constant("MIN_DAMPING_SHARE", 0.2, "1", 0.05, 0.5,
     "lower limit of the damping in that ratio, relative to the damping at rest", _MEASURED)  # fmt: skip
 UNEXPLAINED_TIME = _constant("UNEXPLAINED_TIME", 5.0, "s", 1.0, 30.0,
     "time constant of the unexplained variance of the force", _MEASURED)  # fmt: skip
-RELINEARIZATION_TIMES = _constant("RELINEARIZATION_TIMES", (3.0, 6.0, 10.0, 15.0, 24.0), "s", 1.0, 120.0,
+RELINEARIZATION_TIMES = _constant("RELINEARIZATION_TIMES", (3.0, 6.0, 10.0, 15.0), "s", 1.0, 120.0,
     "ages of the bank at which it repeats its data with the gradient of its own estimate", _MEASURED)  # fmt: skip
+REPEATED_TIME = _constant("REPEATED_TIME", 24.0, "s", 20.0, 240.0,
+    "steps that the bank keeps for repetitions, rests and those during a repetition included", _MEASURED)  # fmt: skip
 STEPS_PER_SLICE = _constant("STEPS_PER_SLICE", 4, "1", 2, 100,
     "repeated steps between two samples: 0.4 ms", "required: no sample delayed by more than 0.5 ms")  # fmt: skip
 MIN_SNAP_DENSITY = _constant("MIN_SNAP_DENSITY", 3e-5, "m^2/s^7", 1e-7, 1e-2,

@@ -141,7 +141,8 @@ class Supervisor:
         if fault is not None or measurement is None:
             fault = fault or Fault("no estimate yet", "an estimate of both transmissions")
             return _Condition(Event.FAULT, fault.text, fault.waits_for)
-        reason = invalidity(inputs) or self._monitor.lateness(inputs, now_ns)
+        invalid, late = invalidity(inputs), self._monitor.lateness(inputs, now_ns)
+        reason = invalid or late
         if not reason:
             self.law_error = 0.0
             return _Condition(Event.VALID)
@@ -150,6 +151,8 @@ class Supervisor:
         self.law_error = math.hypot(self.control.predicted_error(target, measurement), drift)
         if self.law_error <= self._config.law_error_max:
             return _Condition(Event.TOLERABLE, reason, "a valid and recent stiffness: control by the last valid law")
+        if not invalid:
+            return _Condition(Event.FAULT, late, "a newer joint_impedance")
         if self._config.recovery_amplitude > 0.0:
             return _Condition(Event.INVALID, reason, BY_EXCITATION)
         return _Condition(Event.FAULT, reason, f"{MOTION}; or set recovery_amplitude")
