@@ -27,10 +27,6 @@ class Difference:
         self.nis = 1.0  # mean of the difference squared over the sum of the two variances
         self._weighted_nis = 0.0  # the same, weighted by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
-        self.restart_squares()
-
-    def restart_squares(self) -> None:
-        """Drop the mean squares in units of the quantity: one of the two estimates is a new one."""
         self.mean_square = 0.0  # [unit^2]
         self._weighted_excess = 0.0  # mean of what exceeds the two variances, by the probability of another law
 
@@ -85,11 +81,6 @@ class LawComparison:
     def exceeds_threshold(self) -> bool:
         """Whether stiffness or damping of the filter differs from the bank's by more than both intervals permit."""
         return max(self._stiffness.nis, self._damping.nis) > DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD
-
-    def restart_squares(self) -> None:
-        """Drop the mean squares in units of the quantities: one of the two estimates is a new one."""
-        self._stiffness.restart_squares()
-        self._damping.restart_squares()
 
     @property
     def mean_squares(self) -> tuple[float, float]:
