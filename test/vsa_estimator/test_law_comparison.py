@@ -86,8 +86,10 @@ def test_a_difference_within_both_variances_has_no_excess():
     assert compared(filtered(), bank(ln_difference=np.sqrt(VARIANCE))).excesses == (0.0, 0.0)
 
 
-def test_a_new_estimate_drops_the_differences():
+def test_a_new_estimate_drops_the_test_and_keeps_the_widening():
     comparison = compared(filtered(), bank(ln_difference=0.1))
-    comparison.restart()
+    before = comparison.discrepancies
+    comparison.restart_test()
     assert comparison.mean_squares == comparison.excesses == (0.0, 0.0)
     assert not comparison.exceeds_threshold
+    assert comparison.discrepancies == before

@@ -172,7 +172,7 @@ class LawChoice:
         comparison, another = self._comparison, 1.0 - laws.bank.exponential_probability
         if laws.bank.repetitions != self._repetitions:
             self._repetitions = laws.bank.repetitions
-            comparison.restart()
+            comparison.restart_test()
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
         comparison.add(elapsed, self._prediction, self.impedance, another)
         if not laws.is_comparable:

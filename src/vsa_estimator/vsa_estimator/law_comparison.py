@@ -24,9 +24,13 @@ class Difference:
 
     def __init__(self) -> None:
         """No difference yet."""
-        self.nis = 1.0  # mean of the difference squared over the sum of the two variances
-        self._weighted_nis = 0.0  # the same, weighted by the probability of another law
+        self._weighted_nis = 0.0  # mean as `nis`, by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
+        self.restart_test()
+
+    def restart_test(self) -> None:
+        """Drop the test and the mean squares: one of the two estimates is new. The widening by small ones stays."""
+        self.nis = 1.0  # mean of the difference squared over the sum of the two variances
         self.mean_square = 0.0  # [unit^2]
         self._weighted_excess = 0.0  # mean of what exceeds the two variances, by the probability of another law
 
@@ -81,6 +85,11 @@ class LawComparison:
     def exceeds_threshold(self) -> bool:
         """Whether stiffness or damping of the filter differs from the bank's by more than both intervals permit."""
         return max(self._stiffness.nis, self._damping.nis) > DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD
+
+    def restart_test(self) -> None:
+        """Drop the tests and the mean squares: one of the two estimates is new."""
+        self._stiffness.restart_test()
+        self._damping.restart_test()
 
     @property
     def mean_squares(self) -> tuple[float, float]:
