@@ -6,7 +6,7 @@ import pytest
 from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.general.records import IMPEDANCE
 from vsa_estimator.law_comparison import LawComparison
-from vsa_estimator.tuning.general import COMPARISON_TIME, DIFFERENCE_THRESHOLD
+from vsa_estimator.tuning.general import COMPARISON_TIME, DIFFERENCE_THRESHOLD, LAW_DISCREPANCY_STD
 
 DT = 0.01
 VARIANCE = 1e-6  # of ln stiffness, of each of the two
@@ -52,7 +52,7 @@ def test_a_short_difference_is_below_the_threshold():
 def test_the_discrepancy_is_the_mean_square_by_the_probability_of_another_law():
     difference = 1.5 * np.sqrt(2.0 * VARIANCE)
     for weight in (0.0, 0.3, 1.0):
-        found = compared(filtered(), bank(ln_difference=difference), weight).discrepancies
+        found = compared(filtered(), bank(ln_difference=difference), weight).discrepancies(bank(), 0.0)
         assert found == pytest.approx((weight * difference**2, 0.0), rel=1e-3, abs=1e-12)
 
 
@@ -61,7 +61,7 @@ def test_an_uncertain_bank_adds_little_to_the_discrepancy():
     uncertain["ln_stiffness_variance"] = 1e-2
     for step in range(5000):
         comparison.add(DT, filtered(), uncertain if step % 2 else bank(ln_difference=1e-3), 1.0)
-    assert comparison.discrepancies[0] == pytest.approx(0.75 / (0.5 / (2.0 * VARIANCE)), rel=0.05)
+    assert comparison.discrepancies(bank(), 0.0)[0] == pytest.approx(0.75 / (0.5 / (2.0 * VARIANCE)), rel=0.05)
 
 
 @pytest.mark.parametrize(("velocity", "beyond_peak"), [(3.4e-3, 0.0), (1e-3, 0.5)])
@@ -88,8 +88,16 @@ def test_a_difference_within_both_variances_has_no_excess():
 
 def test_a_new_estimate_drops_the_test_and_keeps_the_widening():
     comparison = compared(filtered(), bank(ln_difference=0.1))
-    before = comparison.discrepancies
+    before = comparison.discrepancies(bank(), 0.0)
     comparison.restart_test()
     assert comparison.mean_squares == comparison.excesses == (0.0, 0.0)
     assert not comparison.exceeds_threshold
-    assert comparison.discrepancies == before
+    assert comparison.discrepancies(bank(), 0.0) == before
+
+
+@pytest.mark.parametrize("std", [2e-3, 2e-2, 2.0])
+def test_an_error_that_the_bank_cannot_show_has_its_posterior_variance(std):
+    uncertain = bank()
+    uncertain["ln_stiffness_variance"] = std**2
+    found = LawComparison().discrepancies(uncertain, 0.5)[0]
+    assert found == pytest.approx(0.5 / (1.0 / std**2 + 1.0 / LAW_DISCREPANCY_STD**2))

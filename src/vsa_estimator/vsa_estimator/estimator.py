@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 from vsa_common.types import Array, Integers, ResetReason, Status
+from vsa_estimator.bank_state import with_bank
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.filter.records import Record
 from vsa_estimator.initialization.previous_run import coefficients_of
-from vsa_estimator.law_choice import with_bank
 from vsa_estimator.modes import Mode
 from vsa_estimator.output.estimate import Estimate, State, empty_rows, row_of
 from vsa_estimator.output.predictor import (

@@ -78,9 +78,11 @@ class FilterParts:
             self.modes.handle(decision.event, reason)
         if self.modes.suspended:
             self.laws.hold()
-        if decision.shift is not NO_SHIFT and self.laws.is_held:
+        if decision.shift is NO_SHIFT:
+            return
+        if self.laws.is_held:
             self.laws.shift(decision.shift.deflection, decision.shift.force)
-        elif decision.shift is not NO_SHIFT:  # the bank has data of the shift from before it was isolated
+        else:  # the bank has data of the shift from before it was isolated
             self.laws.restart()
 
     def _suspend(self, reason: str, interrupted: bool = False) -> bool:

@@ -16,16 +16,13 @@ from vsa_estimator.general.selection import LawSelection
 from vsa_estimator.law_comparison import LawComparison
 from vsa_estimator.modes import Mode, ModeMachine
 from vsa_estimator.output.elastic_law import ElasticLaw
-from vsa_estimator.output.estimate import State
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.fault_detection import CHECKPOINT_PERIOD
-from vsa_estimator.tuning.general import ACCEPTANCE, DAMPING_DISCREPANCY_STD, LAW_DISCREPANCY_STD, REJECTION
-from vsa_estimator.tuning.output import MAX_K2_STD, MAX_PREDICTION_TIME, MAX_STIFFNESS_STD
+from vsa_estimator.tuning.general import ACCEPTANCE, REJECTION
+from vsa_estimator.tuning.output import MAX_PREDICTION_TIME
 
 NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
-
-SCALARS = ("ln_stiffness", "ln_stiffness_variance", "slope", "slope_variance", "rest_damping", "level", "coulomb")
 
 Coefficients = tuple[float, float, float, float, float, float]  # k2, variance, d2, variance, force offset, friction
 
@@ -178,12 +175,7 @@ class LawChoice:
         if not laws.is_comparable:
             self.discrepancies = comparison.excesses
         elif not self._replaces_filter:
-            of_bank, (stiffness, damping) = self.impedance[0], comparison.discrepancies
-            prior = (DAMPING_DISCREPANCY_STD * float(of_bank["rest_damping"])) ** 2
-            self.discrepancies = (
-                stiffness + another * _posterior(LAW_DISCREPANCY_STD**2, float(of_bank["ln_stiffness_variance"])),
-                damping + another * _posterior(prior, float(of_bank["damping_variance"])),
-            )
+            self.discrepancies = comparison.discrepancies(self.impedance, another)
         else:
             self.publishes_bank = another > ACCEPTANCE or not comparison.filter_valid
             if another < ACCEPTANCE:
@@ -222,30 +214,3 @@ class LawChoice:
             )  # fmt: skip
         known = tracker.uncertainty
         return known.k2, known.k2_variance, known.d2, known.d2_variance, known.force_offset, known.coulomb_friction
-
-
-def _posterior(prior: float, variance: float) -> float:
-    """Variance of a discrepancy of this prior variance, after a comparison with an estimate of this variance."""
-    return prior * variance / (prior + variance) if variance > 0.0 else 0.0
-
-
-def with_bank(state: State, laws: LawChoice) -> State:
-    """The state of the filter with the bank's impedance in place of the coefficients of the exponential law.
-
-    ln stiffness and k2 are those at the present deflection, which is the reference; d1 is the damping at rest.
-    """
-    now = {name: float(laws.impedance[0][name]) for name in SCALARS}
-    elastic, variance = laws.elastic_law(), now["ln_stiffness_variance"] + laws.discrepancies[0]
-    relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
-    return state._replace(
-        deflection_reference=state.deflection,
-        ln_stiffness_reference=now["ln_stiffness"],
-        ln_stiffness_reference_variance=variance,
-        ln_stiffness_reference_valid=variance < MAX_STIFFNESS_STD**2,
-        k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=state.k2_valid and relative < MAX_K2_STD,
-        d1=now["rest_damping"], d1_valid=False, d2=0.0, d2_variance=0.0, d2_valid=False,
-        inertia_valid=False, force_offset=now["level"], force_offset_valid=False,
-        coulomb_friction=now["coulomb"], coulomb_friction_valid=False,
-        observability=(f"law: {laws.description}; k2 is the local slope of ln stiffness", *state.observability),
-        **(elastic.fields(state.elastic_law_valid) if elastic else {}),
-    )  # fmt: skip

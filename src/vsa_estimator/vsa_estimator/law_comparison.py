@@ -9,7 +9,13 @@ special one, or widens its interval. Track-to-track association; Bar-Shalom, Li 
 import math
 
 from vsa_estimator.filter.records import Record
-from vsa_estimator.tuning.general import COMPARISON_CAP, COMPARISON_TIME, DIFFERENCE_THRESHOLD
+from vsa_estimator.tuning.general import (
+    COMPARISON_CAP,
+    COMPARISON_TIME,
+    DAMPING_DISCREPANCY_STD,
+    DIFFERENCE_THRESHOLD,
+    LAW_DISCREPANCY_STD,
+)  # fmt: skip
 from vsa_estimator.tuning.output import (
     MAX_BEYOND_PEAK,
     MAX_DAMPING_STD,
@@ -101,10 +107,24 @@ class LawComparison:
         """Variances of ln stiffness and of the damping by which the differences exceed both intervals."""
         return self._stiffness.excess, self._damping.excess
 
-    @property
-    def discrepancies(self) -> tuple[float, float]:
-        """Variances of ln stiffness and of the damping by differences that do not exceed the threshold."""
-        return self._stiffness.discrepancy, self._damping.discrepancy
+    def discrepancies(self, impedance: Record, weight: float) -> tuple[float, float]:
+        """Variances of ln stiffness and of the damping that the choice of the law leaves open in a consistent filter.
+
+        By the differences, and by an error that the (1,) IMPEDANCE of the bank is too uncertain to show; `weight` is
+        the probability of another law than the exponential.
+        """
+        of_bank = impedance[0]
+        prior = (DAMPING_DISCREPANCY_STD * float(of_bank["rest_damping"])) ** 2
+        return (
+            self._stiffness.discrepancy
+            + weight * _posterior(LAW_DISCREPANCY_STD**2, float(of_bank["ln_stiffness_variance"])),
+            self._damping.discrepancy + weight * _posterior(prior, float(of_bank["damping_variance"])),
+        )
+
+
+def _posterior(prior: float, variance: float) -> float:
+    """Variance of an error of this prior variance, after a comparison with an estimate of this variance."""
+    return prior * variance / (prior + variance) if variance > 0.0 else 0.0
 
 
 def _damping_observable(one: Record, other: Record) -> bool:

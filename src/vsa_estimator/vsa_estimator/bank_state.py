@@ -1,0 +1,32 @@
+# Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
+"""State message where the bank of laws is published."""
+
+import math
+
+from vsa_estimator.law_choice import LawChoice
+from vsa_estimator.output.estimate import State
+from vsa_estimator.tuning.output import MAX_K2_STD, MAX_STIFFNESS_STD
+
+SCALARS = ("ln_stiffness", "ln_stiffness_variance", "slope", "slope_variance", "rest_damping", "level", "coulomb")
+
+
+def with_bank(state: State, laws: LawChoice) -> State:
+    """The state of the filter with the bank's impedance in place of the coefficients of the exponential law.
+
+    ln stiffness and k2 are those at the present deflection, which is the reference; d1 is the damping at rest.
+    """
+    now = {name: float(laws.impedance[0][name]) for name in SCALARS}
+    elastic, variance = laws.elastic_law(), now["ln_stiffness_variance"] + laws.discrepancies[0]
+    relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
+    return state._replace(
+        deflection_reference=state.deflection,
+        ln_stiffness_reference=now["ln_stiffness"],
+        ln_stiffness_reference_variance=variance,
+        ln_stiffness_reference_valid=variance < MAX_STIFFNESS_STD**2,
+        k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=state.k2_valid and relative < MAX_K2_STD,
+        d1=now["rest_damping"], d1_valid=False, d2=0.0, d2_variance=0.0, d2_valid=False,
+        inertia_valid=False, force_offset=now["level"], force_offset_valid=False,
+        coulomb_friction=now["coulomb"], coulomb_friction_valid=False,
+        observability=(f"law: {laws.description}; k2 is the local slope of ln stiffness", *state.observability),
+        **(elastic.fields(state.elastic_law_valid) if elastic else {}),
+    )  # fmt: skip
