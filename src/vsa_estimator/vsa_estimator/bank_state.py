@@ -1,5 +1,5 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""State message where the bank of laws is published."""
+"""State message with the choice of the law: the bank where it is published, else the filter with its variance."""
 
 import math
 
@@ -8,6 +8,19 @@ from vsa_estimator.output.estimate import State
 from vsa_estimator.tuning.output import MAX_K2_STD, MAX_STIFFNESS_STD
 
 SCALARS = ("ln_stiffness", "ln_stiffness_variance", "slope", "slope_variance", "rest_damping", "level", "coulomb")
+
+
+def with_choice(state: State, laws: LawChoice) -> State:
+    """The state of the filter, with what the choice of the law leaves open in its ln stiffness, or with the bank's."""
+    if laws.publishes_bank:
+        return with_bank(state, laws)
+    added = laws.discrepancies[0]
+    variance = state.ln_stiffness_reference_variance + added
+    return state._replace(
+        ln_stiffness_reference_variance=variance,
+        ln_stiffness_reference_valid=state.ln_stiffness_reference_valid and variance < MAX_STIFFNESS_STD**2,
+        elastic_ln_stiffness_covariance=tuple(entry + added for entry in state.elastic_ln_stiffness_covariance),
+    )
 
 
 def with_bank(state: State, laws: LawChoice) -> State:

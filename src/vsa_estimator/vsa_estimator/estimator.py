@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 from vsa_common.types import Array, Integers, ResetReason, Status
-from vsa_estimator.bank_state import with_bank
+from vsa_estimator.bank_state import with_choice
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.filter.records import Record
 from vsa_estimator.initialization.previous_run import coefficients_of
@@ -171,7 +171,7 @@ class Estimator:
             deflection_rejected=supervisor.counters.deflection_rejected,
             force_repeated=self._latch.force_repeated,
         ))  # fmt: skip
-        return with_bank(state, supervisor.laws) if supervisor.laws.publishes_bank else state
+        return with_choice(state, supervisor.laws)
 
     def _begin(self) -> None:
         self._previous = coefficients_of(self.config.initial)

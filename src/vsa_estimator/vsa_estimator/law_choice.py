@@ -177,9 +177,7 @@ class LawChoice:
         elif not self._replaces_filter:
             self.discrepancies = comparison.discrepancies(self.impedance, another)
         else:
-            self.publishes_bank = another > ACCEPTANCE or not comparison.filter_valid
-            if another < ACCEPTANCE:
-                self.discrepancies = comparison.mean_squares
+            self.publishes_bank = True
 
     @property
     def _is_accepted(self) -> bool:

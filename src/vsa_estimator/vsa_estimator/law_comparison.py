@@ -32,28 +32,27 @@ class Difference:
         """No difference yet."""
         self._weighted_nis = 0.0  # mean as `nis`, by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
-        self.restart_test()
+        self._excess = 0.0  # mean of the difference squared beyond the two variances [unit^2]
+        self.nis = 1.0  # mean of the difference squared over the sum of the two variances
 
     def restart_test(self) -> None:
-        """Drop the test and the mean squares: one of the two estimates is new. The widening by small ones stays."""
-        self.nis = 1.0  # mean of the difference squared over the sum of the two variances
-        self.mean_square = 0.0  # [unit^2]
-        self._weighted_excess = 0.0  # mean of what exceeds the two variances, by the probability of another law
+        """One of the two estimates is new: the next difference decides. The widening by small ones stays."""
+        self.nis = min(self.nis, DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD)
+        self._excess = 0.0
 
     def add(self, gain: float, difference: float, variance: float, weight: float) -> None:
         """Update by a difference with the sum of the two variances; `weight` is the probability of another law."""
         square = difference * difference
         nis = min(square / variance, COMPARISON_CAP)
         self.nis += gain * (nis - self.nis)
-        self.mean_square += gain * (square - self.mean_square)
-        self._weighted_excess += gain * (weight * (square - variance) - self._weighted_excess)
+        self._excess += gain * (square - variance - self._excess)
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
         self._precision += gain * (1.0 / variance - self._precision)
 
     @property
     def excess(self) -> float:
-        """Mean square of the difference beyond both variances, by the probability of another law [unit^2]."""
-        return max(self._weighted_excess, 0.0)
+        """Mean square of the difference beyond both variances [unit^2]."""
+        return max(self._excess, 0.0)
 
     @property
     def discrepancy(self) -> float:
@@ -93,14 +92,9 @@ class LawComparison:
         return max(self._stiffness.nis, self._damping.nis) > DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD
 
     def restart_test(self) -> None:
-        """Drop the tests and the mean squares: one of the two estimates is new."""
+        """One of the two estimates is new: the next differences decide."""
         self._stiffness.restart_test()
         self._damping.restart_test()
-
-    @property
-    def mean_squares(self) -> tuple[float, float]:
-        """Mean squared differences of ln stiffness and of the damping [N^2 s^2/m^2]."""
-        return self._stiffness.mean_square, self._damping.mean_square
 
     @property
     def excesses(self) -> tuple[float, float]:

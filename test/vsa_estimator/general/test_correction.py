@@ -14,6 +14,7 @@ from vsa_estimator.general.records import (
     MOTION,
     SIZE,
     SPRING,
+    SPRING_SIZE,
     STEP,
     A,
     B,
@@ -125,6 +126,7 @@ def test_a_reset_sets_the_motion_and_keeps_the_coefficients(name):
 def force_step(force):
     step = np.zeros(1, STEP)
     step["dt"], step["force"], step["force_variance"] = 0.01, force, NOISE
+    step["encoder"]["mean"][0][V] = 1.5e-3
     return step
 
 
@@ -176,6 +178,53 @@ def test_an_impossible_force_is_rejected_and_counts_with_a_bounded_likelihood():
     assert np.array_equal(member["mean"], before["mean"])
     assert np.array_equal(member["covariance"], before["covariance"])
     assert -20.0 < member[0]["ln_likelihood"] < 0.0
+
+
+@pytest.mark.parametrize(("speed", "std", "counts"), [(1e-4, 0.0, False), (3e-4, 0.0, True), (3e-4, 1e-4, False)])
+def test_near_a_reversal_a_force_is_no_evidence(speed, std, counts):
+    member, step = member_of("any damper and friction"), force_step(30.0)
+    encoder = step["encoder"][0]
+    encoder["mean"][V], encoder["covariance"][V, V] = -speed, std**2
+    correct_force(member, GEOMETRY, step)
+    assert (member[0]["ln_likelihood"] != 0.0) == counts
+    assert member[0]["gain"].any()
+
+
+def exponential_member():
+    return members_at(Initial(), 0.010, 30.0, 1e-10)[INDEX["exponential"] : INDEX["exponential"] + 1]
+
+
+def test_an_update_of_the_exponential_law_is_that_of_its_level_and_growth():
+    """Against the extended Kalman filter of ln level and growth, to first order in a small update."""
+    member, g = exponential_member(), np.arange(SPRING_SIZE) - 0.5 * (SPRING_SIZE - 1)
+    before = member[0]["mean"][SPRING:].copy()
+    h = np.zeros(SIZE)
+    h[SPRING:] = 1e-4 * np.exp(0.1 * g)
+    p = member[0]["covariance"].copy()
+    tangents = before * np.stack([np.ones(SPRING_SIZE), g])  # by ln level and growth
+    variances = np.diag(
+        np.linalg.lstsq(tangents.T, np.linalg.lstsq(tangents.T, p[SPRING:, SPRING:], rcond=None)[0].T, rcond=None)[0]
+    )
+    small = tangents @ h[SPRING:]
+    innovation, noise = 1e-3, 0.5
+    variance = small**2 @ variances + noise
+    correct(member, p @ h, p @ h / variance, innovation, variance)
+    level, growth = variances * small / variance * innovation
+    assert member[0]["mean"][SPRING:] == pytest.approx(before * np.exp(level + growth * g), rel=1e-7)
+    assert_is_covariance(member)
+
+
+def test_the_exponential_law_stays_exponential():
+    member, random = exponential_member(), np.random.default_rng(1)
+    for _ in range(200):
+        step = force_step(30.0 + random.normal())
+        member[0]["mean"][[X, V]] = 0.010 + 0.003 * random.normal(), 1e-3
+        correct_force(member, GEOMETRY, step)
+    ln = np.log(member[0]["mean"][SPRING:])
+    assert np.ptp(ln) > 0.1
+    assert np.abs(np.diff(ln, 2)).max() < 1e-9
+    p = member[0]["covariance"][SPRING:, SPRING:] / np.outer(np.exp(ln), np.exp(ln))
+    assert np.linalg.matrix_rank(p, tol=1e-9 * np.trace(p)) == 2
 
 
 def test_without_a_significant_acceleration_the_mass_is_kept():

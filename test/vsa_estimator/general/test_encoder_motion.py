@@ -6,8 +6,7 @@ import pytest
 from scipy.stats import chi2
 from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.records import ENCODER, MOTION
-from vsa_estimator.tuning.filter import PSD_SCALE
-from vsa_estimator.tuning.general import DENSITY_WINDOW, MIN_SNAP_DENSITY
+from vsa_estimator.tuning.general import DENSITY_WINDOW, MIN_SNAP_DENSITY, ONSET_TIME, SNAP_SCALE
 
 DT, VARIANCE = 0.01, 1e-10
 
@@ -42,7 +41,7 @@ def filtered(deflections):
 @pytest.mark.parametrize("density", [1e-3, 1e-1, 10.0])
 def test_the_density_of_white_snap_is_found(density):
     _, measured = white_snap(density, 1200, seed=2)
-    assert 0.3 < filtered(measured)["density"][-1] / (PSD_SCALE * density) < 3.0
+    assert 0.3 < filtered(measured)["density"][-1] / (SNAP_SCALE * density) < 3.0
 
 
 def test_the_motion_is_recovered_within_its_covariance():
@@ -62,13 +61,24 @@ def test_at_rest_the_density_is_at_its_lower_limit():
     assert abs(rows["mean"][-1][1]) < 1e-4
 
 
-def test_the_density_changes_at_the_end_of_a_window_only():
-    _, measured = white_snap(10.0, 200, seed=5)
+def test_in_a_steady_motion_the_density_changes_at_the_end_of_a_window_only():
+    _, measured = white_snap(10.0, 1000, seed=5)
     density = filtered(measured)["density"]
-    changes = np.flatnonzero(np.diff(density)) + 1
     window = round(DENSITY_WINDOW / DT)
+    changes = np.flatnonzero(np.diff(density)) + 1
+    changes = changes[changes > 2 * window]
     assert len(changes) > 1
     assert all(min(change % window, -change % window) <= 1 for change in changes)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_at_the_onset_of_a_faster_motion_the_density_rises_at_once(seed):
+    onset, steps = 500, round(2.0 * ONSET_TIME / DT)
+    _, slow = white_snap(1e-3, onset, seed)
+    _, fast = white_snap(1e3, 100, seed)
+    rows = filtered(np.concatenate([slow, fast - fast[0] + slow[-1]]))["density"]
+    assert rows[onset - 1] < 1.0 * SNAP_SCALE
+    assert rows[onset + steps : onset + 2 * steps].max() > 30.0 * SNAP_SCALE
 
 
 def test_a_restart_keeps_the_density():

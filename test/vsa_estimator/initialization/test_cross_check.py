@@ -16,9 +16,9 @@ from vsa_estimator.tuning.filter import MAHALANOBIS_LIMIT
 
 @cache
 def fed(spoil=None):
-    """The estimator after 60 s; at 20 s, in mode TRACKING, `spoil` changes its tracker."""
+    """The estimator, without the bank, after 60 s; at 20 s, in mode TRACKING, `spoil` changes its tracker."""
     recording = record(TRANSMISSION_1, MULTISINE, 60.0)
-    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    estimator = Estimator(wrong_start(TRANSMISSION_1, elastic_law="exponential"))
     samples = zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
     for index, sample in enumerate(samples):
         if index == 2000 and spoil:

@@ -212,7 +212,7 @@ class Bank:
         self._geometry = geometry_at(self._initial, x, self._initial.k2)
         self._repeated_geometry = self._geometry.copy()
         self._members = members_at(self._initial, x, force[0], variance)
-        self._prior = members_at(self._initial, x, force[0], variance, fitted=True)  # of repetitions
+        self._prior = self._members.copy()  # of repetitions
         self._encoder.restart(x, variance)
 
     def _store(self, step: Record) -> None:

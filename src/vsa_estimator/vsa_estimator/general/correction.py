@@ -19,6 +19,7 @@ from vsa_estimator.general.records import (
     MOTION,
     SIZE,
     SPRING,
+    SPRING_SIZE,
     A,
     B,
     M,
@@ -43,6 +44,8 @@ from vsa_estimator.tuning.general import (
     MAX_DELAY,
     MAX_STIFFNESS_UNCERTAINTY,
     MIN_DAMPING_SHARE,
+    MIN_EVIDENCE_SPEED,
+    MIN_LEVEL_RATIO,
     MOTION_GATE,
     UNEXPLAINED_TIME,
 )  # fmt: skip
@@ -61,6 +64,31 @@ def correct(member: Record, ph: Array, gain: Array, innovation: float, variance:
             entry = p[i, j] + gain[i] * (variance * gain[j] - ph[j]) - ph[i] * gain[j]
             p[i, j] = entry
             p[j, i] = entry
+    if one["model"]["exponential"]:
+        retract(member, gain, innovation)
+
+
+@compiled
+def retract(member: Record, gain: Array, innovation: float) -> None:
+    """Keep the coefficients exponential over the knots after a linear update; the tangent space follows them.
+
+    An update c_j (1 + a + b g_j) along the tangents c_j and c_j g_j of c_j = exp(alpha + beta g_j) becomes
+    c_j (1 + a) exp(b g_j).
+    """
+    one, last = member[0], SPRING_SIZE - 1
+    z, p, bias, active = one["mean"], one["covariance"], one["bias"], one["active"][: one["count"]]
+    at_first, at_last = gain[SPRING] * innovation, gain[SPRING + last] * innovation
+    at_first /= z[SPRING] - at_first
+    at_last /= z[SPRING + last] - at_last
+    level, rate = max(1.0 + 0.5 * (at_first + at_last), MIN_LEVEL_RATIO), (at_last - at_first) / last
+    for j in range(SPRING_SIZE):
+        i, scale = SPRING + j, level * math.exp(rate * (j - 0.5 * last))
+        z[i] = (z[i] - gain[i] * innovation) * scale
+        bias[i] *= scale
+        for k in active:
+            p[i, k] *= scale
+        for k in active:
+            p[k, i] *= scale
 
 
 @compiled
@@ -137,6 +165,17 @@ def reversal_variance(member: Record, law: Record, dt: float) -> float:
 
 
 @compiled
+def is_evidence(encoder: Record) -> bool:
+    """Whether a force at the motion of an ENCODER record counts in the likelihood: not near a reversal of friction.
+
+    There `reversal_variance` and the speed's own, through the slope of the friction, are bounds that scale with the
+    friction of each member.
+    """
+    width = REVERSAL_SPEED**2 + 2.0 * encoder["covariance"][V, V]
+    return bool(encoder["mean"][V] ** 2 > MIN_EVIDENCE_SPEED**2 * width)
+
+
+@compiled
 def partial_update(member: Record, law: Record, stiffness: float, damping: float, gain: Array) -> None:
     """Zero the gains of states that the force does not determine (Schmidt).
 
@@ -174,7 +213,8 @@ def correct_force(member: Record, geometry: Record, step: Record) -> None:
     modelled, variance = variance, variance + max(one["unexplained"], 0.0)
     nis = innovation * innovation / variance
     one["innovation"], one["innovation_variance"] = innovation, variance
-    one["ln_likelihood"] -= 0.5 * (math.log(variance) + min(nis, SOFT_GATE))
+    if is_evidence(now["encoder"]):
+        one["ln_likelihood"] -= 0.5 * (math.log(variance) + min(nis, SOFT_GATE))
     match_unexplained(member, innovation, modelled, dt)
     one["stiffness"] = max(law[0]["stiffness"], 1.0)
     if nis > HARD_GATE:

@@ -10,15 +10,25 @@ from vsa_common.types import Array
 from vsa_estimator.filter.process_noise import maximum_likelihood
 from vsa_estimator.general.prediction import add_snap_noise
 from vsa_estimator.general.records import MOTION, Record
-from vsa_estimator.tuning.filter import BANK_NIS_CAP, INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD, PSD_SCALE
-from vsa_estimator.tuning.general import DENSITY_WINDOW, DENSITY_WINDOWS, INITIAL_JERK_STD, MIN_SNAP_DENSITY
+from vsa_estimator.tuning.filter import BANK_NIS_CAP, INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD
+from vsa_estimator.tuning.general import (
+    DENSITY_WINDOW,
+    DENSITY_WINDOWS,
+    INITIAL_JERK_STD,
+    MIN_SNAP_DENSITY,
+    ONSET_EVIDENCE,
+    ONSET_TIME,
+    SNAP_SCALE,
+)
 
 CANDIDATES: Array = np.logspace(-6.0, 3.0, 19).astype(np.float64)  # [m^2/s^7]
 
 
 @compiled
-def advance_encoder(means: Array, covariances: Array, likelihood: Array, measurement: Array) -> None:
-    """One step of all filters: `means` (19, 4), `covariances` (19, 4, 4), `likelihood` (19,).
+def advance_encoder(
+    means: Array, covariances: Array, likelihood: Array, recent_likelihood: Array, measurement: Array
+) -> None:
+    """One step of all filters: `means` (19, 4), `covariances` (19, 4, 4), sums and recent means of the log (19,).
 
     `measurement` is dt [s], deflection [m] and its variance [m^2].
     """
@@ -28,26 +38,34 @@ def advance_encoder(means: Array, covariances: Array, likelihood: Array, measure
         f[i, i + 1] = dt
     f[0, 2] = f[1, 3] = 0.5 * dt * dt
     f[0, 3] = dt**3 / 6.0
+    leak = min(dt / ONSET_TIME, 1.0)
     for c in range(CANDIDATES.size):
         means[c] = f @ means[c]
         p = f @ covariances[c] @ f.T
         add_snap_noise(p, CANDIDATES[c], dt)
         variance = p[0, 0] + noise
         innovation = deflection - means[c, 0]
-        likelihood[c] -= 0.5 * (math.log(variance) + min(innovation * innovation / variance, BANK_NIS_CAP))
+        increment = -0.5 * (math.log(variance) + min(innovation * innovation / variance, BANK_NIS_CAP))
+        likelihood[c] += increment
+        recent_likelihood[c] += leak * (increment - recent_likelihood[c])
         gain = p[:, 0] / variance
         means[c] += gain * innovation
         covariances[c] = p - np.outer(gain, p[0])
 
 
 class EncoderMotion:
-    """Running estimate of the motion and of its snap density."""
+    """Running estimate of the motion and of its snap density: the most likely one of the last windows.
+
+    At the onset of a faster motion that of the last ONSET_TIME is higher and significantly more likely: it is used at
+    once, since a motion that lags gives a force with a wrong gradient (generalised likelihood ratio; Willsky and Jones,
+    1976).
+    """
 
     def __init__(self) -> None:
         """Before the first deflection."""
         self._means = np.zeros((CANDIDATES.size, MOTION))
         self._covariances = np.zeros((CANDIDATES.size, MOTION, MOTION))
-        self._likelihood = np.zeros(CANDIDATES.size)
+        self._likelihood, self._recent_likelihood = np.zeros(CANDIDATES.size), np.zeros(CANDIDATES.size)
         self._recent: deque[Array] = deque(maxlen=DENSITY_WINDOWS)
         self._best = CANDIDATES.size // 2
         self._density = float(CANDIDATES[self._best])
@@ -58,10 +76,12 @@ class EncoderMotion:
         self._means[:] = deflection, 0.0, 0.0, 0.0
         spread = (variance, INITIAL_SPEED_STD**2, INITIAL_ACCELERATION_STD**2, INITIAL_JERK_STD**2)
         self._covariances[:] = np.diag(spread)
+        self._recent_likelihood[:] = 0.0
 
     def add(self, dt: float, deflection: float, variance: float) -> None:
         """Update by a deflection [m] with this variance [m^2], dt [s] after the one before."""
-        advance_encoder(self._means, self._covariances, self._likelihood, np.array([dt, deflection, variance]))
+        measurement = np.array([dt, deflection, variance])
+        advance_encoder(self._means, self._covariances, self._likelihood, self._recent_likelihood, measurement)
         self._elapsed += dt
         if self._elapsed >= DENSITY_WINDOW:
             self._elapsed = 0.0
@@ -73,9 +93,12 @@ class EncoderMotion:
         self._likelihood[:] = 0.0
         total = np.sum(self._recent, axis=0)
         self._best = int(np.argmax(total))
-        self._density = max(MIN_SNAP_DENSITY, PSD_SCALE * maximum_likelihood(CANDIDATES, total))
+        self._density = max(MIN_SNAP_DENSITY, SNAP_SCALE * maximum_likelihood(CANDIDATES, total))
 
     def write(self, encoder: Record) -> None:
         """Write motion, covariance and density into `encoder`, (1,) ENCODER."""
-        encoder["mean"], encoder["covariance"] = self._means[self._best], self._covariances[self._best]
-        encoder["density"] = self._density
+        used, density, recent = self._best, self._density, self._recent_likelihood
+        top = int(np.argmax(recent))
+        if top > used and recent[top] - recent[used] > ONSET_EVIDENCE:
+            used, density = top, max(density, SNAP_SCALE * float(CANDIDATES[top]))
+        encoder["mean"], encoder["covariance"], encoder["density"] = self._means[used], self._covariances[used], density

@@ -45,7 +45,6 @@ from vsa_estimator.tuning.general import (
     DAMPER_SHAPE_LENGTH,
     DAMPER_SHAPE_STD,
     DELAY_STD,
-    FITTED_SLOPE_STD,
     HYSTERESIS_STD,
     INITIAL_JERK_STD,
     LEVEL_RATE_TIME,
@@ -125,19 +124,15 @@ def geometry_at(initial: Initial, deflection: float, growth: float) -> Record:
     return geometry
 
 
-def members_at(
-    initial: Initial, deflection: float, force: float, deflection_variance: float, fitted: bool = False
-) -> Record:
-    """(n,) MEMBER, one for each of MODELS, at a first deflection [m] and force [N].
-
-    `fitted`: the growth of the geometry is that of an exponential fit, so that a spring without shape is exponential.
-    """
+def members_at(initial: Initial, deflection: float, force: float, deflection_variance: float) -> Record:
+    """(n,) MEMBER, one for each of MODELS, at a first deflection [m] and force [N]."""
     members = np.zeros(len(MODELS), MEMBER)
     for member, model in zip(members, MODELS, strict=True):
         noise = member["model"]
         for name in ("travel_std", "travel_length", "encoder", "level_density", "scale_density", "rate_density"):
             noise[name] = getattr(model, name)
-        noise["spline_damper"], noise["ln_prior"] = model.spline_damper, math.log(model.prior)
+        noise["spline_damper"], noise["exponential"] = model.spline_damper, not model.shape
+        noise["ln_prior"] = math.log(model.prior)
         mean, covariance = member["mean"], member["covariance"]
         mean[X], mean[L], mean[M], mean[D0] = deflection, force, initial.inertia, initial.coulomb_friction
         covariance[np.diag_indices(SPRING)] = _standard_deviations(model, initial, deflection_variance) ** 2
@@ -145,8 +140,7 @@ def members_at(
             _set_damper(mean, covariance, initial)
         else:
             mean[D1], mean[D2] = initial.d1, initial.d2
-        slope_std = FITTED_SLOPE_STD if fitted and not model.shape else SLOPE_STD
-        _set_spring(mean, covariance, initial.k2 * max(force - initial.force_offset, MIN_ELASTIC_FORCE), slope_std)
+        _set_spring(mean, covariance, initial.k2 * max(force - initial.force_offset, MIN_ELASTIC_FORCE))
         if model.shape:
             _add_shape(mean, covariance)
         active = np.flatnonzero(np.diag(covariance) > 0.0)
@@ -180,10 +174,10 @@ def _set_damper(mean: Array, covariance: Array, initial: Initial) -> None:
     covariance[part, part] = initial.d1_std**2 + matern(at, DAMPER_SHAPE_LENGTH, DAMPER_SHAPE_STD * initial.d1)
 
 
-def _set_spring(mean: Array, covariance: Array, stiffness: float, slope_std: float) -> None:
+def _set_spring(mean: Array, covariance: Array, stiffness: float) -> None:
     part = slice(SPRING, SPRING + SPRING_SIZE)
     mean[part] = stiffness
-    covariance[part, part] = stiffness**2 * (STIFFNESS_STD**2 + slope_std**2 * np.outer(GREVILLE, GREVILLE))
+    covariance[part, part] = stiffness**2 * (STIFFNESS_STD**2 + SLOPE_STD**2 * np.outer(GREVILLE, GREVILLE))
 
 
 def _add_shape(mean: Array, covariance: Array) -> None:

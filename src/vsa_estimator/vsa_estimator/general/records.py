@@ -44,7 +44,7 @@ MODEL = np.dtype([
     ("level_density", "f8"),  # random walk of L [N^2/s]
     ("scale_density", "f8"),  # random walk of ln of the elastic law [1/s]
     ("rate_density", "f8"),  # of the level rate [N^2/s^3]
-    ("spline_damper", "?"),
+    ("spline_damper", "?"), ("exponential", "?"),  # forms of damper and spring
     ("ln_prior", "f8"),
 ])  # fmt: skip
 

@@ -7,6 +7,7 @@ from vsa_common.tuning import constant
 
 _constant = partial(constant, module=__name__)
 _MEASURED = "docs/decisions/0014-general-law.md"
+_BANK = "docs/decisions/0018-evidence.md"
 
 # Force law
 STRIBECK_SPEEDS = _constant("STRIBECK_SPEEDS", (0.1e-3, 0.25e-3, 0.6e-3), "m/s", 1e-5, 1e-2,
@@ -33,8 +34,6 @@ STIFFNESS_STD = _constant("STIFFNESS_STD", 1.0, "1", 0.3, 3.0,
     "of the stiffness at the reference, relative: wrong by a factor of two", "required start values")  # fmt: skip
 SLOPE_STD = _constant("SLOPE_STD", 0.5, "1", 0.1, 2.0,
     "of the slope of the stiffness relative to the exponential, in k2", _MEASURED)  # fmt: skip
-FITTED_SLOPE_STD = _constant("FITTED_SLOPE_STD", 0.05, "1", 0.01, 0.2,
-    "the same of the exponential member in a repetition, about the fitted growth", _MEASURED)  # fmt: skip
 SHAPE_STD = _constant("SHAPE_STD", 0.5, "1", 0.1, 2.0,
     "of the shape of the stiffness relative to the exponential (Matern 5/2)", _MEASURED)  # fmt: skip
 SHAPE_LENGTH = _constant("SHAPE_LENGTH", 1.33, "1/k2", 0.3, 5.0,
@@ -61,6 +60,8 @@ INITIAL_JERK_STD = _constant("INITIAL_JERK_STD", 3e-2, "m/s^3", 1e-3, 1.0,
 # Updates
 MOTION_GATE = _constant("MOTION_GATE", 36.0, "1", 16.0, 100.0,
     "NIS of a deflection above which a member's motion is set to that of the encoder", "6 standard deviations")  # fmt: skip
+MIN_LEVEL_RATIO = _constant("MIN_LEVEL_RATIO", 0.1, "1", 0.01, 0.5,
+    "lower limit of the ratio of an exponential law after and before an update", "keeps the stiffness positive")  # fmt: skip
 MAX_STIFFNESS_UNCERTAINTY = _constant("MAX_STIFFNESS_UNCERTAINTY", 0.1, "1", 0.02, 0.5,
     "relative standard deviation of the stiffness up to which a force updates the motion", _MEASURED)  # fmt: skip
 MAX_DAMPING_UNCERTAINTY = _constant("MAX_DAMPING_UNCERTAINTY", 0.15, "1", 0.02, 0.5,
@@ -77,6 +78,13 @@ STEPS_PER_SLICE = _constant("STEPS_PER_SLICE", 4, "1", 2, 100,
     "repeated steps between two samples: 0.4 ms", "required: no sample delayed by more than 0.5 ms")  # fmt: skip
 MIN_SNAP_DENSITY = _constant("MIN_SNAP_DENSITY", 3e-5, "m^2/s^7", 1e-7, 1e-2,
     "lower limit of the snap density", _MEASURED)  # fmt: skip
+SNAP_SCALE = _constant("SNAP_SCALE", 22.0, "1", 2.2, 220.0,
+    "snap density of the members relative to the encoder's ML estimate: with 2.2 the velocity's error is 2.5 of its "
+    "standard deviations and the damping 1 % too high, with 22 it is 1.0", _BANK)  # fmt: skip
+ONSET_TIME = _constant("ONSET_TIME", 0.1, "s", 0.03, 0.5,
+    "memory of the likelihoods that detect the onset of a faster motion: 10 steps", _BANK)  # fmt: skip
+ONSET_EVIDENCE = _constant("ONSET_EVIDENCE", 1.0, "nat/step", 0.3, 3.0,
+    "mean log likelihood ratio over that time at which a higher density is used: 10 nats in all", _BANK)  # fmt: skip
 DENSITY_WINDOW = _constant("DENSITY_WINDOW", 0.5, "s", 0.1, 2.0,
     "time between two estimates of the snap density", _MEASURED)  # fmt: skip
 DENSITY_WINDOWS = _constant("DENSITY_WINDOWS", 20, "1", 5, 100,
@@ -90,6 +98,9 @@ LIKELIHOOD_POWER = _constant("LIKELIHOOD_POWER", 0.2, "1", 0.05, 1.0,
     "MAX_EVIDENCE leaves each member e^-4 of its prior odds", "docs/decisions/0017-filter-and-bank.md")  # fmt: skip
 MIN_PROBABILITY = _constant("MIN_PROBABILITY", 1e-4, "1", 1e-8, 1e-2,
     "probability below which a member is left out of the mixture", "its share of a standard deviation is 1 %")  # fmt: skip
+MIN_EVIDENCE_SPEED = _constant("MIN_EVIDENCE_SPEED", 2.0, "1", 1.0, 4.0,
+    "speed by the encoder, in the width of the reversal of friction, below which a force is no evidence: there the "
+    "variance bounds the form of the friction, and its logarithm decided between the laws", _BANK)  # fmt: skip
 REFUTATION = _constant("REFUTATION", 18.0, "nat", 5.0, 20.0,
     "log likelihood below the best member at which the exponential law counts as refuted", "odds of 7e7")  # fmt: skip
 ADEQUACY_TIME = _constant("ADEQUACY_TIME", 0.5, "s", 0.1, 5.0,
