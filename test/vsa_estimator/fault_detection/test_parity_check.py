@@ -89,7 +89,7 @@ def test_the_end_of_a_fault_shows_at_the_same_position():
     for time, deflection, consistent in zip(*at_rest(0.0, seconds=2.0), strict=True):
         parity.add(1.0 + time, deflection, consistent, NOISE**2)
     assert parity.is_consistent
-    assert parity.fault_would_show
+    assert parity.fault_would_show()
 
 
 def test_stiction_or_a_soft_spring_hides_the_end_of_a_fault():
@@ -102,4 +102,5 @@ def test_stiction_or_a_soft_spring_hides_the_end_of_a_fault():
     for time, deflection, consistent in zip(*at_rest(0.0, 0.5 * REFERENCE, 2.0), strict=True):
         parity.add(4.0 + time, deflection, consistent, NOISE**2)
     assert parity.is_consistent
-    assert not parity.fault_would_show
+    assert not parity.fault_would_show()
+    assert parity.fault_would_show(of_encoder=False)

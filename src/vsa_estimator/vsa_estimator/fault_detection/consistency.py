@@ -23,6 +23,7 @@ from vsa_estimator.tuning.fault_detection import (
     ISOLATION_TIME,
     MIN_TRACKING_TIME,
 )
+from vsa_estimator.tuning.output import MAX_STIFFNESS_STD
 
 INCONSISTENT = "force and encoder are inconsistent with the estimated model: sensor drift or a changed transmission"
 REJECTED = "coefficients rejected: force and encoder stay inconsistent with them"
@@ -140,10 +141,10 @@ class ConsistencyMonitor:
 
     def _suspended(self, tracker: Tracker) -> Decision:
         self._parity.measure_fault()
-        if self._parity.is_consistent and self._parity.fault_would_show:
-            self._parity.end_fault()
-            self._is_previous_run = False
-            return Decision(Event.CONSISTENT)
+        if self._parity.is_consistent and self._parity.fault_would_show(of_encoder=False):
+            decision = self._consistent(tracker)
+            if decision is not None:
+                return decision
         if not self._parity.is_inconsistent:
             return NOMINAL
         self._time_in_fault += EVALUATION_PERIOD
@@ -157,6 +158,20 @@ class ConsistencyMonitor:
         if self._time_in_fault > FAULT_TIMEOUT and self._has_moved:
             return Decision(Event.REJECTED, reset=ResetReason.INNOVATION, fault=REJECTED)
         return NOMINAL
+
+    def _consistent(self, tracker: Tracker) -> Decision | None:
+        """Decision to continue; None while a possible shift of the encoder would make the stiffness invalid.
+
+        Where the spring is too soft for it to show, its size counts as a standard deviation of the deflection.
+        """
+        restore, shift = None, self._parity.fault_size[1]
+        if not self._parity.fault_would_show():
+            if float(_present(tracker).mean[C.K2]) * shift > MAX_STIFFNESS_STD:
+                return None
+            restore = self.shift_reference(tracker, 0.0, shift * shift)
+        self._parity.end_fault()
+        self._is_previous_run = False
+        return Decision(Event.CONSISTENT, restore)
 
     def _shifted(self, tracker: Tracker, shift: SensorShift) -> Decision:
         """Decision on an isolated shift: it is compensated."""

@@ -103,7 +103,7 @@ class ParityCheck:
         self._means = np.full(len(WINDOWS), np.nan)  # NaN: too few rows
         self._model_std = 0.0  # of the model force by the coefficients' covariance [N]
         self._travel = (math.inf, -math.inf)  # [m]
-        self._fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
+        self.fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
 
     def reset(self) -> None:
         """Drop checkpoints and steps."""
@@ -185,22 +185,22 @@ class ParityCheck:
 
     def begin_fault(self) -> None:
         """Drop the size of the last fault."""
-        self._fault_size = (0.0, 0.0)
+        self.fault_size = (0.0, 0.0)
 
     def measure_fault(self) -> None:
         """Take the size of the present fault from a mean residual that exceeds its threshold; the largest counts."""
         if self._normalized(DECISION_WINDOW) > 1.0:
             force = abs(float(self._means[DECISION_WINDOW])) + self._hidden
-            self._fault_size = max(self._fault_size, (force, force / self._stiffness))
+            self.fault_size = max(self.fault_size, (force, force / self._stiffness))
 
-    @property
-    def fault_would_show(self) -> bool:
-        """Whether a shift of either sensor of the fault's size would show in the residuals; true if it has no size.
+    def fault_would_show(self, of_encoder: bool = True) -> bool:
+        """Whether a shift of the force sensor, and `of_encoder` also of the encoder, of the fault's size would show.
 
-        It would not at rest below the breakaway force, and that of the encoder not where the spring is soft.
+        It would not at rest below the breakaway force, and that of the encoder not where the spring is soft. True for
+        a fault without a size.
         """
-        force, deflection = self._fault_size
-        residual = min(force, deflection * self._stiffness) - self._hidden
+        force, by_encoder = self.fault_size[0], self.fault_size[1] * self._stiffness
+        residual = (min(force, by_encoder) if of_encoder else force) - self._hidden
         return force == 0.0 or residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
 
     @property
