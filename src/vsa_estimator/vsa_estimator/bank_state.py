@@ -29,7 +29,7 @@ def with_bank(state: State, laws: LawChoice) -> State:
     ln stiffness and k2 are those at the present deflection, which is the reference; d1 is the damping at rest.
     """
     now = {name: float(laws.impedance[0][name]) for name in SCALARS}
-    elastic, variance = laws.elastic_law(), now["ln_stiffness_variance"] + laws.discrepancies[0]
+    elastic, variance = laws.elastic_law(), now["ln_stiffness_variance"]
     relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
     return state._replace(
         deflection_reference=state.deflection,

@@ -70,7 +70,6 @@ class LawChoice:
         if law is None:
             return None
         knots, ln_stiffness, covariance, force = law
-        covariance = covariance + self.discrepancies[0]
         numbers = [tuple(one.ravel().tolist()) for one in (knots, ln_stiffness, covariance)]
         return ElasticLaw(self.description, numbers[0], numbers[1], numbers[2], force)
 

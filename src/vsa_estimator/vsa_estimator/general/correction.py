@@ -87,7 +87,6 @@ def retract(member: Record, gain: Array, innovation: float) -> None:
         bias[i] *= scale
         for k in active:
             p[i, k] *= scale
-        for k in active:
             p[k, i] *= scale
 
 
