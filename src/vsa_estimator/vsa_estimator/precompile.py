@@ -37,7 +37,7 @@ def precompile(with_bank: bool = False) -> None:
         pipeline.is_decimating,
     )  # call compiled functions
     parity.measure_fault()
-    _ = parity.fault_would_show
+    parity.fault_would_show()
     parity.isolate_fault()
     if with_bank and ACCELERATED:
         _run_bank()
