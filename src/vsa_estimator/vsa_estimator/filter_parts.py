@@ -1,10 +1,12 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parts of the filter of one transmission, and what resets and suspends them."""
 
+import math
+
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
 from vsa_estimator.fault_detection.counters import Counters
-from vsa_estimator.fault_detection.isolation import NO_SHIFT
+from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.fault_detection.parity_check import Coefficients
 from vsa_estimator.fault_detection.position import PositionMonitor
@@ -81,7 +83,7 @@ class FilterParts:
         if decision.shift is NO_SHIFT:
             return
         if self.laws.is_held:
-            self.laws.shift(decision.shift.deflection, decision.shift.force)
+            self.laws.shift(decision.shift)
         else:  # the bank has data of the shift from before it was isolated
             self.laws.restart()
 
@@ -124,7 +126,7 @@ class FilterParts:
                 variance = self._position.step_variance + deflection_variance
                 tracker.restore(*self.consistency.shift_reference(tracker, step, variance))
                 suspended = self._suspend(text)
-                self.laws.shift(step)
+                self.laws.shift(SensorShift(0.0, step, math.sqrt(variance)))
             else:
                 self._suspend(POSITION_UNCERTAIN, interrupted=True)
         else:

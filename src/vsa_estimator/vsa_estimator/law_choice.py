@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vsa_common.accel import ACCELERATED
+from vsa_estimator.fault_detection.isolation import SensorShift
 from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
@@ -122,10 +123,10 @@ class LawChoice:
         if self._laws is not None:
             self._laws.interrupt()
 
-    def shift(self, deflection: float, force: float = 0.0) -> None:
-        """Encoder and force sensor read `deflection` [m] and `force` [N] more from now on."""
+    def shift(self, shift: SensorShift) -> None:
+        """A sensor reads this much more from now on."""
         if self._laws is not None:
-            self._laws.shift(deflection, force)
+            self._laws.shift(shift.deflection, shift.force, shift.variances)
             if self._checkpoints:
                 self._replace_checkpoints()
 

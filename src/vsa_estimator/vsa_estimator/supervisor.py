@@ -162,7 +162,7 @@ class Supervisor(FilterParts):
             self.tracker.reset_coefficients(block.force)
         averaging = 1.0 / math.sqrt(block.samples)
         noise = StepNoise(
-            self.noise.force.std * averaging, self.noise.deflection.std * averaging, self.noise.jerk.ml_estimate
+            self._regression_noise * averaging, self.noise.deflection.std * averaging, self.noise.jerk.ml_estimate
         )
         self.hand_over.begin(self.modes, self._period, self.tracker.reference, noise)
 
@@ -174,7 +174,7 @@ class Supervisor(FilterParts):
         self.laws.repeat_slice()
         if not self.hand_over.is_running:
             return
-        period, force_std = self._pipeline.period_ns * 1e-9, self.noise.force.std
+        period, force_std = self._pipeline.period_ns * 1e-9, self._regression_noise
         new = self.hand_over.advance(self.tracker, self.modes, self.step_ns, period, force_std, self._samples_per_step)
         if new is None:
             return
@@ -183,6 +183,11 @@ class Supervisor(FilterParts):
             self.tracker.set_stroke(*new.stroke)
         if new.event is not None:
             self.modes.handle(new.event)
+
+    @property
+    def _regression_noise(self) -> float:
+        """Noise of a force in a regression [N]; a cross-check must not take rough motion for it."""
+        return self.noise.force.least_std if self.modes.initialized else self.noise.force.std
 
     @property
     def has_deferred_work(self) -> bool:

@@ -51,6 +51,17 @@ def test_friction_at_fast_reversals_raises_the_estimate_by_less_than_40_percent(
     assert 0.0054 < noise.refresh() < 1.4 * 0.0054
 
 
+def test_the_least_noise_of_a_minute_excludes_a_rough_motion():
+    rng, noise = np.random.default_rng(6), NoiseLevel(0.017, 0.0, 900)
+    for k in range(3000):
+        rough = 0.2 * rng.standard_normal() if k > 2000 else 0.0
+        noise.add(0.017 * rng.standard_normal() + rough)
+        if k % 50 == 49:
+            noise.refresh()
+    assert noise.std == pytest.approx(4.0 * 0.017)
+    assert noise.least_std == pytest.approx(0.017, rel=0.1)
+
+
 def bank_on_white_jerk(density):
     rng = np.random.default_rng(5)
     dt = 0.01
@@ -75,6 +86,21 @@ def test_jerk_densities_between_two_candidates_of_the_bank_are_resolved():
     estimates = [bank_on_white_jerk(density).ml_estimate for density in (1e-3, 1.5e-3, 2.2e-3)]
     assert np.all(np.diff(estimates) > 0.0)
     assert estimates[2] / estimates[0] == pytest.approx(2.2, rel=0.25)
+
+
+def test_the_density_of_a_manoeuvre_lasts_as_long_as_the_motion_is_fast():
+    jerk, t, densities = JerkDensity(), 0.01 * np.arange(1500), []
+    fast = (t > 10.0) & (t < 10.8)
+    motion = 1e-3 * np.sin(2.0 * np.pi * 0.05 * t) + np.where(fast, 1e-3 * np.sin(2.0 * np.pi * 5.0 * (t - 10.0)), 0.0)
+    for k, deflection in enumerate(motion + 1e-5 * np.random.default_rng(7).standard_normal(t.size)):
+        jerk.add(deflection, 1e-10, 0.01)
+        if k in (1002, 1003):  # two large NIS of the filter
+            detected = jerk.detect_manoeuvre(1e3)
+        if k % 50 == 49:
+            densities.append(jerk.refresh())
+    assert detected
+    assert densities[20] > 100.0 * densities[19]  # the window of the motion
+    assert densities[23] < 0.1 * densities[20]
 
 
 def test_a_faster_motion_has_a_higher_jerk_density():

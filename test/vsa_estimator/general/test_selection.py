@@ -123,13 +123,27 @@ def test_a_delay_of_the_force_is_found_within_a_millisecond(delay):
 def test_a_shift_of_the_encoder_keeps_the_law():
     simulation, recording = simulated("quadratic")
     laws, shift = run(recording, 1800), 1.5e-3
-    laws.shift(shift)
+    laws.shift(shift, 0.0, (1e-10, 0.0))
     errors = []
     for i in range(1800, 2500):
         step(laws, recording, i, encoder_shift=shift)
         errors.append(error_of(laws, simulation, i))
     assert np.abs(errors[20:]).max() < 0.03
     assert laws.is_adequate
+
+
+@pytest.mark.parametrize("spring", ["exponential", "quadratic"])
+def test_the_interval_contains_the_error_of_an_estimated_shift(spring):
+    """An encoder step of 1.5 mm that is taken for one of 1.6 mm: stiffness is off by k2 times 0.1 mm."""
+    simulation, recording = simulated(spring)
+    laws = run(recording, 1800)
+    laws.shift(1.6e-3, 0.0, (1e-8, 0.0))
+    for i in range(1800, 1803):
+        step(laws, recording, i, encoder_shift=1.5e-3)
+    std = float(np.sqrt(laws.impedance["ln_stiffness_variance"][0]))
+    slope = float(laws.impedance["slope"][0])
+    assert abs(error_of(laws, simulation, 1802)) < 2.0 * std
+    assert 0.8 < std / (slope * 1e-4) < 2.0
 
 
 def test_a_gap_keeps_the_coefficients():

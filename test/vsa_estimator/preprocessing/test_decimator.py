@@ -46,6 +46,23 @@ def test_unusable_forces_do_not_enter_the_mean():
     assert all(block.force == 30.0 and block.forces == 5 for block in blocks[1:])
 
 
+def test_force_and_deflection_of_a_block_are_means_of_the_same_samples():
+    k = np.arange(1, 401)
+    usable = np.random.default_rng(3).random(k.size) < 0.4
+    blocks, _ = blocks_of((k * MS).tolist(), (1e-4 * k).tolist(), (30.0 + k).tolist(), usable=usable)
+    assert {block.samples for block in blocks[1:]} > {2, 3, 4, 5}
+    for block in blocks:
+        assert block.forces in (0, block.samples)
+        assert block.deflection == pytest.approx(1e-4 * block.stamp_ns / MS, abs=1e-9)
+        assert not block.forces or block.force == pytest.approx(30.0 + 1e4 * block.deflection, abs=1e-9)
+
+
+def test_a_block_without_a_usable_force_has_all_deflections():
+    k = np.arange(1, 101)
+    blocks, _ = blocks_of((k * MS).tolist(), (1e-4 * k).tolist(), [30.0] * 100, usable=np.zeros(100))
+    assert all(block.samples == 10 and block.forces == 0 for block in blocks[1:])
+
+
 def test_no_block_spans_a_gap():
     stamps = [MS * k for k in (*range(1, 35), *range(100, 135))]
     blocks, _ = blocks_of(stamps, [0.01] * len(stamps), [30.0] * len(stamps))

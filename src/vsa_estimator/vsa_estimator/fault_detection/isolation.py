@@ -16,6 +16,12 @@ class SensorShift(NamedTuple):
     deflection: float  # [m]
     std: float  # of the one that is not zero
 
+    @property
+    def variances(self) -> tuple[float, float]:
+        """Of the shift of the encoder [m^2] and of the force sensor [N^2]."""
+        variance = self.std * self.std
+        return (0.0, variance) if self.force else (variance, 0.0)
+
 
 NO_SHIFT = SensorShift(0.0, 0.0, 0.0)
 

@@ -13,10 +13,8 @@ from vsa_estimator.filter.excitation import (
     accumulate_excitation,
     accumulate_matching,
     accumulate_time_since_motion,
-    accumulate_vibration,
     is_stationary,
     kinematic_force_variance,
-    near_peak_speed,
     stroke,
 )
 from vsa_estimator.filter.measurement_noise import friction_error_variance, measurement_cross_noise
@@ -159,14 +157,9 @@ def process_force(
     accumulate_excitation(excitation, z, p, reference, dt)
     speed, predicted_var = z[V], kinematic_force_variance(z, p, reference)
     cross_noise = measurement_cross_noise(z, reference, deflection_variance)
-    vibrates = near_peak_speed(z)
-    vibration = excitation[0]["vibration_variance"] if vibrates else 0.0
-    measurement = ForceMeasurement(force, variance + vibration, deflection_variance, reference, dt)
+    measurement = ForceMeasurement(force, variance, deflection_variance, reference, dt)
     accepted = update_force(state, excitation, monitor, measurement)
     result = monitor[0]
-    if vibrates:
-        accumulate_vibration(excitation, result["innovation"], result["variance"] - vibration, dt)
-    excitation[0]["peak_innovation"] = result["innovation"] if vibrates else np.nan
     if result["nis"] < SOFT_GATE:
         observed_var = result["innovation"] * result["innovation"] - result["variance"] + cross_noise + predicted_var
         accumulate_matching(excitation, speed, predicted_var, observed_var, dt)

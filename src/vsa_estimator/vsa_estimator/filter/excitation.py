@@ -18,7 +18,6 @@ from vsa_estimator.tuning.filter import (
     PEAK_FRACTION,
     STATIONARY_SPEED,
     STATIONARY_TIME,
-    VIBRATION_TIME_CONSTANT,
 )
 
 
@@ -65,21 +64,6 @@ def accumulate_excitation(excitation: Record, z: Array, p: Array, reference: flo
 def near_peak_speed(z: Array) -> bool:
     """Whether the speed is near or beyond v*."""
     return bool(abs(z[V]) > PEAK_FRACTION * peak_speed(z[D1], z[D2]))
-
-
-@compiled
-def accumulate_vibration(excitation: Record, innovation: float, variance: float, dt: float) -> None:
-    """Add a force innovation [N] near or beyond v*, dt [s] after the one before; `variance` [N^2] without vibration.
-
-    Half the squared difference of successive innovations: a wrong coefficient has innovations of one sign, which
-    cancel (von Neumann, Ann. Math. Stat. 12, 1941).
-    """
-    e = excitation[0]
-    difference = innovation - e["peak_innovation"]
-    if not np.isnan(difference):
-        leak = 1.0 - np.exp(-dt / VIBRATION_TIME_CONSTANT)
-        excess = 0.5 * difference * difference - variance
-        e["vibration_variance"] = max(0.0, e["vibration_variance"] + leak * (excess - e["vibration_variance"]))
 
 
 @compiled

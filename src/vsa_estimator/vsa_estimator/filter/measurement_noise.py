@@ -4,6 +4,8 @@
 The noise is estimated from third differences, in which smooth motion nearly vanishes.
 """
 
+from collections import deque
+
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
@@ -14,6 +16,7 @@ from vsa_estimator.tuning.filter import (
     CROSS_NOISE_SHARE,
     MIN_NOISE_SAMPLES,
     MIN_REVERSAL_FORCE,
+    MINIMUM_WINDOWS,
     NOISE_OUTLIER_RATIO,
     NOISE_RANGE,
     REVERSAL_SHARE,
@@ -71,11 +74,16 @@ def robust_mean(squares: Array) -> float:
 
 
 class NoiseLevel:
-    """Running standard deviation of the white noise of one sample, over the last `capacity` means of samples."""
+    """Running standard deviation of the white noise of one sample, over the last `capacity` means of samples.
+
+    Fast motion adds to it; `least_std` is the least one of the last MINIMUM_WINDOWS refreshes (minimum statistics;
+    Martin, IEEE Trans. Speech Audio Process. 9, 2001).
+    """
 
     def __init__(self, configured: float, minimum: float, capacity: int) -> None:
         """Start at the `configured` one; limited to a NOISE_RANGE-th (and `minimum`) and NOISE_RANGE times of it."""
-        self.std = configured
+        self.std = self.least_std = configured
+        self._recent: deque[float] = deque(maxlen=MINIMUM_WINDOWS)
         self._low = max(configured / NOISE_RANGE, minimum)
         self._high = NOISE_RANGE * configured
         self._squares = np.zeros(capacity)
@@ -94,4 +102,7 @@ class NoiseLevel:
         squares = self._squares[: self._level["differences"][0]]
         if squares.size >= MIN_NOISE_SAMPLES:
             self.std = float(np.clip(np.sqrt(robust_mean(squares)), self._low, self._high))
+            if squares.size == self._squares.size:  # a short record scatters
+                self._recent.append(self.std)
+            self.least_std = min(self._recent, default=self.std)
         return self.std

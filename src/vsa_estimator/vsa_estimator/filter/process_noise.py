@@ -96,6 +96,7 @@ class JerkDensity:
         self._recent: deque[Array] = deque(maxlen=windows)
         self._started = False
         self._mean_nis = 1.0
+        self._raised = 0.0  # density that the last manoeuvre requires [m^2/s^5]
 
     def detect_manoeuvre(self, nis: float) -> bool:
         """Update the manoeuvre test by the NIS of the filter's last deflection; whether it has detected one.
@@ -106,7 +107,7 @@ class JerkDensity:
         if self._mean_nis <= MANOEUVRE_NIS:
             return False
         if nis > MANOEUVRE_NIS:  # the variance of the position grows with the sixth root of the density
-            self.density = min((nis / MANOEUVRE_NIS) ** 3 * self.density, float(CANDIDATES[-1]))
+            self.density = self._raised = min((nis / MANOEUVRE_NIS) ** 3 * self.density, float(CANDIDATES[-1]))
         return True
 
     def add(self, measured: float, noise_variance: float, dt: float) -> None:
@@ -126,11 +127,16 @@ class JerkDensity:
         self._started = True
 
     def refresh(self, minimum: float = MIN_JERK_DENSITY_WITH_INERTIA) -> float:
-        """Close a window and update the density [m^2/s^5], not below `minimum`; the new value."""
+        """Close a window and update the density [m^2/s^5], not below `minimum`; the new value.
+
+        A density that a manoeuvre has raised falls no lower than that of this window alone.
+        """
         self._recent.append(self._likelihood.copy())
-        self._likelihood[:] = 0.0
         estimate = maximum_likelihood(CANDIDATES, np.sum(self._recent, axis=0))
-        self.ml_estimate, self.density = max(minimum, estimate), max(minimum, PSD_SCALE * estimate)
+        of_window = maximum_likelihood(CANDIDATES, self._likelihood)
+        self._likelihood[:] = 0.0
+        self._raised = min(self._raised, PSD_SCALE * of_window)
+        self.ml_estimate, self.density = max(minimum, estimate), max(minimum, PSD_SCALE * estimate, self._raised)
         return self.density
 
 

@@ -35,8 +35,6 @@ EXCITATION = np.dtype([
     ("velocity_square", "f8"),  # without the variance of the estimate [m^2/s^2]
     ("acceleration_square", "f8"),  # without the variance of the estimate [m^2/s^4]
     ("beyond_peak_share", "f8"),  # share of time near or beyond v*
-    ("vibration_variance", "f8"),  # of the force near or beyond v*, where the damper damps no vibration [N^2]
-    ("peak_innovation", "f8"),  # of the last force [N], if it was near or beyond v*; else NaN
     ("time_since_motion", "f8"),  # time without a significant speed [s]
     ("weight", "f8"),  # of the four means below: 1 in steady state
     ("mean_x", "f8"), ("mean_a", "f8"),  # x from the reference [m], acceleration [m/s^2]
@@ -88,9 +86,7 @@ def initial_state() -> Record:
 
 def initial_excitation() -> Record:
     """(1,) EXCITATION before any motion."""
-    excitation = np.zeros(1, EXCITATION)
-    excitation["peak_innovation"] = np.nan
-    return excitation
+    return np.zeros(1, EXCITATION)
 
 
 def initial_monitor() -> Record:

@@ -17,7 +17,7 @@ from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
 from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
 from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
-from vsa_estimator.general.prediction import predict_member
+from vsa_estimator.general.prediction import add_shift_noise, predict_member
 from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, L, Record, V, X
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import STATIONARY_SPEED, STATIONARY_TIME
@@ -52,9 +52,11 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
 @compiled
 def advance(members: Record, geometry: Record, step: Record) -> None:
     """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one, or -inf: it has diverged."""
-    if step[0]["gap"]:
+    now = step[0]
+    if now["gap"]:
         for m in range(members.size):
             reset_motion(members[m : m + 1], step["encoder"])
+            add_shift_noise(members[m : m + 1], geometry, now["deflection_variance"], now["force_variance"])
         return
     best = -np.inf
     for m in range(members.size):
@@ -99,13 +101,16 @@ class Bank:
         self._repeated: Record | None = None  # members of a running repetition
         self._done = 0  # steps of the buffer that it has repeated
 
-    def interrupt(self, deflection: float, variance: float) -> None:
-        """Reset the motion to a deflection [m] of this variance [m^2] after a gap; the coefficients stay."""
+    def interrupt(self, deflection: float, variance: float, shift: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Reset the motion to a deflection [m] of this variance [m^2] after a gap; the coefficients stay.
+
+        `shift`: variances of a shift of encoder [m^2] and force sensor [N^2] within the gap.
+        """
         if self._members is None:
             return
         self._encoder.restart(deflection, variance)
         step = np.zeros(1, STEP)
-        step["gap"] = True
+        step["gap"], step["deflection_variance"], step["force_variance"] = True, *shift
         self._encoder.write(step["encoder"])
         advance(self._members, self._geometry, step)
         self._store(step)

@@ -23,7 +23,13 @@ from vsa_estimator.general.records import (
     V,
     X,
 )  # fmt: skip
-from vsa_estimator.tuning.general import LEVEL_RATE_TIME, RELAXATION_TIMES, SPRING_SPACING, STOP_TRAVELS
+from vsa_estimator.tuning.general import (
+    LEVEL_RATE_TIME,
+    MIN_RELATIVE_STIFFNESS,
+    RELAXATION_TIMES,
+    SPRING_SPACING,
+    STOP_TRAVELS,
+)
 
 RELAXATION_TIME = np.array(RELAXATION_TIMES)
 STOP_TRAVEL = np.array(STOP_TRAVELS)
@@ -64,22 +70,53 @@ def add_snap_noise(p: Array, density: float, dt: float) -> None:
 
 
 @compiled
-def add_scale_noise(member: Record, geometry: Record, variance: float) -> None:
-    """Add a random change of the whole elastic law of this relative variance to the covariance."""
-    z, p = member[0]["mean"], member[0]["covariance"]
-    i, u = locate(geometry[0]["reference"], geometry[0]["origin"], geometry[0]["spacing"])
-    w, level = np.empty(4), 0.0
-    cubic(u, w)
-    for j in range(4):
-        level += w[j] * z[SPRING + i + j] * geometry[0]["spacing"] / SPRING_SPACING
-    direction = np.empty(SPRING_SIZE)
-    direction[:] = z[SPRING:]
+def add_law_noise(p: Array, level: float, direction: Array, variance: float) -> None:
+    """Add a random change of the elastic law to the covariance: of the level [N] and along `direction` (SPRING_SIZE,).
+
+    `variance` is that of the common factor of both.
+    """
     p[L, L] += variance * level * level
     for i in range(SPRING_SIZE):
         p[L, SPRING + i] += variance * level * direction[i]
         p[SPRING + i, L] += variance * level * direction[i]
         for j in range(SPRING_SIZE):
             p[SPRING + i, SPRING + j] += variance * direction[i] * direction[j]
+
+
+@compiled
+def at_reference(member: Record, geometry: Record) -> float:
+    """Stiffness of a member at the reference [N/m]."""
+    i, u = locate(geometry[0]["reference"], geometry[0]["origin"], geometry[0]["spacing"])
+    w, stiffness = np.empty(4), 0.0
+    cubic(u, w)
+    for j in range(4):
+        stiffness += w[j] * member[0]["mean"][SPRING + i + j]
+    return stiffness
+
+
+@compiled
+def add_scale_noise(member: Record, geometry: Record, variance: float) -> None:
+    """Add a random change of the whole elastic law of this relative variance to the covariance."""
+    level = at_reference(member, geometry) * geometry[0]["spacing"] / SPRING_SPACING
+    add_law_noise(member[0]["covariance"], level, member[0]["mean"][SPRING:], variance)
+
+
+@compiled
+def add_shift_noise(member: Record, geometry: Record, deflection_variance: float, force_variance: float) -> None:
+    """Add shifts of the encoder and of the force sensor of these variances [m^2, N^2] to the covariance.
+
+    A shift of the encoder by d is one of the law: sigma(x) becomes sigma(x - d), the level L - sigma d.
+    The coefficients change by their slope over the deflection, of which each is the value at its abscissa.
+    """
+    c, one = member[0]["mean"][SPRING:], geometry[0]
+    least = MIN_RELATIVE_STIFFNESS * np.abs(c).max()
+    direction = np.empty(SPRING_SIZE)
+    for i in range(SPRING_SIZE):
+        low, high = max(i - 1, 0), min(i + 1, SPRING_SIZE - 1)
+        growth = math.log(max(c[high], least) / max(c[low], least)) / ((high - low) * one["spacing"])
+        direction[i] = -max(c[i], least) * (one["growth"] + growth)
+    add_law_noise(member[0]["covariance"], -at_reference(member, geometry), direction, deflection_variance)
+    member[0]["covariance"][L, L] += force_variance
 
 
 @compiled

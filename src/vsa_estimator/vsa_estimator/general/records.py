@@ -79,7 +79,7 @@ ENCODER = np.dtype([  # motion from the encoder alone
 STEP = np.dtype([
     ("dt", "f8"), ("deflection", "f8"), ("deflection_variance", "f8"),
     ("force", "f8"), ("force_variance", "f8"),  # force NaN: none
-    ("gap", "?"),  # before this step: the motion is reset to that of the encoder, nothing else is used
+    ("gap", "?"),  # before this step: the motion is reset to that of the encoder; both variances are those of a shift
     ("relinearizing", "?"),  # whether the gradient uses the member's `linear`
     ("encoder", ENCODER),
 ])  # fmt: skip

@@ -60,6 +60,7 @@ class LawSelection:
         self._reversals = Reversals(self._turn_travel)
         self._step_ns = 0
         self._interrupted = False  # the motion has a gap before the next step
+        self._shift = (0.0, 0.0)  # variances of a shift of encoder [m^2] and force sensor [N^2] in it
         self._refuted_for = self._inadequate_for = 0.0  # [s]
         self.is_confirmed = False  # whether the exponential law holds
         self._mean_nis = 1.0  # of the force in the most probable member
@@ -74,11 +75,11 @@ class LawSelection:
         other.bank, other._reversals = self.bank.copied(), copy.copy(self._reversals)
         return other
 
-    def shift(self, deflection: float, force: float = 0.0) -> None:
-        """Encoder and force sensor read `deflection` [m] and `force` [N] more from now on."""
+    def shift(self, deflection: float, force: float, variances: tuple[float, float]) -> None:
+        """Encoder and force sensor read `deflection` [m] and `force` [N] more from now on, with these variances."""
         self.bank.shift(deflection, force)
         self._reversals.shift(deflection)
-        self._interrupted = True
+        self._interrupted, self._shift = True, (self._shift[0] + variances[0], self._shift[1] + variances[1])
 
     def step(self, stamp_ns: int, deflection: tuple[float, float], force: tuple[float, float]) -> None:
         """One step at a stamp [ns]; `deflection` [m] and `force` [N] with their variances; a force of NaN is none."""
@@ -87,8 +88,8 @@ class LawSelection:
         dt = (stamp_ns - self._step_ns) * 1e-9
         self._step_ns = stamp_ns
         if self._interrupted:
-            self._interrupted = False
-            self.bank.interrupt(*deflection)
+            self.bank.interrupt(*deflection, self._shift)
+            self._interrupted, self._shift = False, (0.0, 0.0)
             return
         self.bank.step(dt, deflection, force)
         self._reversals.add(*deflection)

@@ -97,10 +97,13 @@ class HandOver:
 
 
 def _less_certain(tracker: Tracker, fit: Fit, stroke: tuple[float, float]) -> NewCoefficients:
-    """The filter's coefficients with their difference to those of a fit, apart from the mass, in the covariance."""
-    difference = fit.mean - tracker.z[3:]
-    difference[C.M] = 0.0  # which the cross-check does not compare
-    covariance = tracker.p[3:, 3:] + np.outer(difference, difference)
+    """The filter's coefficients with their difference to those of a fit, and its covariance, in their own.
+
+    The mass stays as it is: the cross-check does not compare it.
+    """
+    difference, uncertainty = fit.mean - tracker.z[3:], fit.covariance.copy()
+    difference[C.M] = uncertainty[C.M] = uncertainty[:, C.M] = 0.0
+    covariance = tracker.p[3:, 3:] + uncertainty + np.outer(difference, difference)
     return NewCoefficients(tracker.z[3:].copy(), covariance, None, stroke)
 
 

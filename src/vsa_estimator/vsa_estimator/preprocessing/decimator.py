@@ -20,11 +20,11 @@ from vsa_estimator.tuning.preprocessing import (
 class Decimated(NamedTuple):
     """Mean of consecutive samples."""
 
-    stamp_ns: int  # mean stamp of the deflections
+    stamp_ns: int  # mean stamp
     deflection: float  # [m]
-    force: float  # mean of the usable forces; 0 without any [N]
+    force: float  # of the same samples; 0 without a usable one [N]
     samples: int
-    forces: int  # usable ones among them
+    forces: int  # as `samples`; 0 without a usable force
 
 
 def initial_decimator(rate: float) -> NDArray[Any]:
@@ -51,7 +51,8 @@ def add_sample(
 ) -> int:
     """Add a sample [ns, m, N]; count of blocks that it finishes, at most two.
 
-    A block collects samples until their stamps span one period of the filter.
+    A block collects samples until their stamps span one period of the filter. Its means are over the same samples:
+    a force of another mean stamp would be that of another deflection. Deflections alone count in a block without force.
     """
     step = stamp_ns - decimator["last_stamp_ns"]
     gap = decimator["first_stamp_ns"] > 0 and step > BLOCK_GAP * decimator["span_ns"]
@@ -65,11 +66,14 @@ def add_sample(
         clear_block(decimator)
     if not decimator["first_stamp_ns"]:
         decimator["first_stamp_ns"] = stamp_ns
-    if deflection_usable:
+    is_pair = deflection_usable and force_usable
+    if is_pair and decimator["forces"] == 0:
+        clear_sums(decimator)
+    if is_pair or (deflection_usable and decimator["forces"] == 0):
         decimator["offset_sum_ns"] += stamp_ns - decimator["first_stamp_ns"]
         decimator["deflection_sum"] += deflection
         decimator["samples"] += 1
-    if force_usable:
+    if is_pair:
         decimator["force_sum"] += force
         decimator["forces"] += 1
     period, first = decimator["period_ns"], decimator["first_stamp_ns"]
@@ -106,7 +110,13 @@ def finish_block(decimator: Any, index: int) -> None:
 
 @compiled
 def clear_block(decimator: Any) -> None:
+    """Begin a new block."""
+    decimator["first_stamp_ns"] = 0
+    clear_sums(decimator)
+
+
+@compiled
+def clear_sums(decimator: Any) -> None:
     """Discard the collected samples."""
     decimator["deflection_sum"] = decimator["force_sum"] = 0.0
-    decimator["first_stamp_ns"] = decimator["offset_sum_ns"] = 0
-    decimator["samples"] = decimator["forces"] = 0
+    decimator["offset_sum_ns"] = decimator["samples"] = decimator["forces"] = 0

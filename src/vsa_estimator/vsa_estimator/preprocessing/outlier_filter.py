@@ -20,10 +20,13 @@ def initial_outlier(std: float) -> NDArray[Any]:
 
 
 @compiled
-def accept(outlier: Any, value: float) -> bool:
-    """Whether a sample continues the line through its two predecessors; `outlier`: an OUTLIER record."""
-    run = outlier["run"]
-    if run < MAX_OUTLIER_RUN and abs(value - 2.0 * outlier["last"] + outlier["before_last"]) > outlier["gate"]:
+def accept(outlier: Any, value: float, vibration: float) -> bool:
+    """Whether a sample continues the line through its two predecessors; `outlier`: an OUTLIER record.
+
+    `vibration` bounds the amplitude of a vibration, whose second difference is at most four times as large.
+    """
+    run, gate = outlier["run"], outlier["gate"] + 4.0 * vibration
+    if run < MAX_OUTLIER_RUN and abs(value - 2.0 * outlier["last"] + outlier["before_last"]) > gate:
         outlier["run"] = run + 1
         return False
     outlier["before_last"] = value if run > 0 or np.isnan(outlier["last"]) else outlier["last"]

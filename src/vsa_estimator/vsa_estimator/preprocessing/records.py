@@ -78,7 +78,7 @@ STUCK = np.dtype([
 NOISE = np.dtype([
     ("last", "f8"), ("before_last", "f8"), ("second_difference", "f8"),
     ("slope", "f8"), ("steepest", "f8"),  # leaky mean and its recent maximum, a sample
-    ("is_vibrating", "?"),
+    ("vibration", "f8"),  # bound of its amplitude; 0 where the rod does not vibrate
     ("exceedance_share", "f8"), ("variance_ratio", "f8"),  # leaky means
     ("ratio", "f8"),  # standard deviation relative to the configured one; 1 unless the sensor is noisy
 ])  # fmt: skip

@@ -101,6 +101,10 @@ MIN_NOISE_SAMPLES = _constant(
     "MIN_NOISE_SAMPLES", 50, "1", 25, 200,
     "differences before the noise estimate replaces the configured noise", "10 % standard error",
 )  # fmt: skip
+MINIMUM_WINDOWS = _constant(
+    "MINIMUM_WINDOWS", 120, "refreshes", 20, 600,
+    "memory of the least noise estimate, 60 s: longer than a fast motion without a pause", "ablation",
+)  # fmt: skip
 CROSS_NOISE_SHARE = _constant(
     "CROSS_NOISE_SHARE", 0.5, "1", 0.0, 1.0,
     "share of the encoder noise through the stiffness that the gain of a force includes", "ablation",
@@ -118,11 +122,6 @@ MIN_REVERSAL_FORCE = _constant(
 REVERSAL_TIME = _constant(
     "REVERSAL_TIME", 0.01, "s", 0.002, 0.05,
     "minimum correlation time of that error: forces within it share one error", "ablation",
-)  # fmt: skip
-VIBRATION_TIME_CONSTANT = _constant(
-    "VIBRATION_TIME_CONSTANT", 0.1, "s", 0.02, 0.5,
-    "time constant of the variance of the force by the rod's vibration near and beyond v*: ten forces at 100 Hz",
-    "docs/decisions/0015-vibration.md",
 )  # fmt: skip
 
 # Observability (consider parameters)
