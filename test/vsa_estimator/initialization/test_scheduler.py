@@ -1,11 +1,14 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Initializer: slices of a regression, and readiness for hand-over."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, record, wrong_start
+from vsa_estimator.force_law.state import C
 from vsa_estimator.initialization.scheduler import Initializer
-from vsa_estimator.tuning.initialization import MAX_SLICES, MIN_SAMPLES, SLICE_RATE
+from vsa_estimator.tuning.initialization import HANDOVER_STD, MAX_SLICES, MIN_SAMPLES, SLICE_RATE
 
 NOISE = {"force_noise_std": 0.017, "deflection_noise_std": 1.04e-5, "jerk_density": 1e-3}
 
@@ -61,6 +64,19 @@ def test_hand_over_requires_two_successive_sufficient_fits():
     assert not initializer.ready_to_hand_over
     initializer.evaluate(fit, 0.017)
     assert not initializer.ready_to_hand_over
+
+
+@pytest.mark.parametrize("coefficient", [C.S, C.D1])
+def test_no_fit_is_handed_over_whose_stiffness_or_damping_is_uncertain_by_a_tenth(coefficient):
+    initializer = begun(2000)
+    fit = fitted(initializer)
+    scale = 1.0 if coefficient == C.S else float(fit.mean[coefficient])
+    for std, ready in ((0.9 * HANDOVER_STD, True), (1.1 * HANDOVER_STD, False)):
+        covariance = fit.covariance.copy()
+        covariance[coefficient, coefficient] = (std * scale) ** 2
+        for _ in range(2):
+            initializer.evaluate(replace(fit, covariance=covariance), 0.017)
+        assert initializer.ready_to_hand_over is ready
 
 
 def test_a_cross_check_requires_one_sufficient_fit():

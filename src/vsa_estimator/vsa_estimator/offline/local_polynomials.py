@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.types import Array
-from vsa_estimator.tuning.offline import EVEN_TOLERANCE, NOISE_STDS, POLYNOMIAL_DEGREE
+from vsa_estimator.tuning.offline import EVEN_TOLERANCE, POLYNOMIAL_DEGREE, RESIDUAL_CAP
 
 CANDIDATES = (4, 6, 8, 11, 16, 22, 32, 45, 64, 90, 128, 180)  # half-widths [samples], a factor of 1.4 apart
 
@@ -72,7 +72,7 @@ def noise_std(polynomials: LocalPolynomials, signal: Array) -> float:
     share = max(1.0 - polynomials.freedom / len(signal), 1e-3)
     variance = float(np.mean(residual**2))
     for _ in range(4):
-        variance = float(np.mean(np.minimum(residual**2, NOISE_STDS**2 * variance)))
+        variance = float(np.mean(np.minimum(residual**2, RESIDUAL_CAP**2 * variance)))
     return float(np.sqrt(variance / share))
 
 

@@ -13,10 +13,10 @@ from vsa_estimator.tuning.offline import (
     HELD_SHARE,
     MAX_RATE,
     MIN_SAMPLES,
-    NOISE_STDS,
     REVERSAL_SHARE,
     REVERSAL_SPEED,
     SEGMENT_SAMPLES,
+    SIGN_STDS,
     WINDOW_SHARE,
 )
 
@@ -89,6 +89,6 @@ def _smooth(time: Array, force: Array, deflection: Array) -> Segment:
         force_noise=max(noise_std(local_polynomials(time, max(4, best // 4)), force), resolution),
         deflection_noise=deflection_noise,
         min_speed=np.maximum(
-            min(REVERSAL_SPEED, REVERSAL_SHARE * high_speed), NOISE_STDS * velocity_noise
+            min(REVERSAL_SPEED, REVERSAL_SHARE * high_speed), SIGN_STDS * velocity_noise
         ),
     )  # fmt: skip

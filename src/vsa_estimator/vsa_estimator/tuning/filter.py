@@ -103,7 +103,8 @@ MIN_NOISE_SAMPLES = _constant(
 )  # fmt: skip
 MINIMUM_WINDOWS = _constant(
     "MINIMUM_WINDOWS", 120, "refreshes", 20, 600,
-    "memory of the least noise estimate, 60 s: longer than a fast motion without a pause", "ablation",
+    "memory of the least noise estimate, 60 s: longer than a fast motion without a pause",
+    "docs/decisions/0019-outliers-and-pairs.md, test_the_least_noise_of_a_minute_excludes_a_rough_motion",
 )  # fmt: skip
 CROSS_NOISE_SHARE = _constant(
     "CROSS_NOISE_SHARE", 0.5, "1", 0.0, 1.0,

@@ -113,7 +113,7 @@ MAX_SLICES = _constant("MAX_SLICES", 10.0, "1", 5.0, 20.0, "bounds the processin
 HANDOVER_STD = _constant(
     "HANDOVER_STD", 0.1, "1", 0.05, 0.2,
     "relative standard deviation of stiffness, k2 and d1; one sweep of the stroke does not separate damper and spring",
-    "ablation",
+    "test_no_fit_is_handed_over_whose_stiffness_or_damping_is_uncertain_by_a_tenth",
 )  # fmt: skip
 MAX_LINEARISATION_ERROR = _constant(
     "MAX_LINEARISATION_ERROR", 0.06, "1", 0.03, 0.12,

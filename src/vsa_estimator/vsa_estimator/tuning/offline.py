@@ -50,13 +50,22 @@ REVERSAL_SHARE = _constant(
     "the same as a share of the recording's high speeds; the lesser counts",
     "interval test",
 )
-NOISE_STDS = _constant(
-    "NOISE_STDS",
+SIGN_STDS = _constant(
+    "SIGN_STDS",
     3.0,
     "1",
     1.5,
     6.0,
-    "standard deviations of noise up to which a speed has no sign, and above which a residual is capped (M-estimation)",
+    "standard deviations of its noise up to which a speed has no sign",
+    "ablation",
+)
+RESIDUAL_CAP = _constant(
+    "RESIDUAL_CAP",
+    3.0,
+    "1",
+    1.5,
+    6.0,
+    "standard deviations above which a residual of the smoother is capped (M-estimation)",
     "derivation: 3 sigma",
 )
 WINDOW_SHARE = _constant(
