@@ -4,7 +4,7 @@
 import argparse
 import json
 import re
-import tarfile
+import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,8 +23,7 @@ NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
 def figures() -> dict[str, np.ndarray]:
     """Numbers of summary.json, control.json, and of each figure and table of the report."""
     with tempfile.TemporaryDirectory() as temporary:
-        with tarfile.open(ARCHIVE) as archive:
-            archive.extractall(temporary, filter="data")
+        shutil.unpack_archive(ARCHIVE, temporary)
         folder = Path(temporary) / "run"
         found = {"summary.json": _leaves(summarise(folder, [])), "control.json": _leaves(_control(folder))}
         run = read_run(folder / "bag")

@@ -2,7 +2,7 @@
 """Schedule and evaluation of the stiffness steps, and a short closed-loop run of the pure cores."""
 
 import argparse
-import tarfile
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -197,8 +197,7 @@ def test_holds_of_one_cause_are_one_and_a_long_one_fails_with_its_reason():
 
 
 def test_a_stored_run_is_evaluated_with_its_exit_code(tmp_path, capsys):
-    with tarfile.open(STORED_RUN) as archive:
-        archive.extractall(tmp_path, filter="data")
+    shutil.unpack_archive(STORED_RUN, tmp_path)
     scenario = Scenario(argparse.Namespace(duration=0.0, out=tmp_path / "run"))
     figures = scenario.evaluate(tmp_path / "run")
     assert len(figures["reached"]) == len(acceptance.commands())

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_estimator.preprocessing.records import OUTLIER
-from vsa_estimator.tuning.preprocessing import MAX_OUTLIER_RUN, OUTLIER_GATE
+from vsa_estimator.tuning.preprocessing import MAX_OUTLIER_RUN, OUTLIER_GATE, OUTLIER_WINDOW, VIBRATION_GATE
 
 
 def initial_outlier(std: float) -> NDArray[Any]:
@@ -20,15 +20,18 @@ def initial_outlier(std: float) -> NDArray[Any]:
 
 
 @compiled
-def accept(outlier: Any, value: float, vibration: float) -> bool:
+def accept(outlier: Any, value: float) -> bool:
     """Whether a sample continues the line through its two predecessors; `outlier`: an OUTLIER record.
 
-    `vibration` bounds the amplitude of a vibration, whose second difference is at most four times as large.
+    A vibration is no outlier: its second differences are at most a few times their mean magnitude.
     """
-    run, gate = outlier["run"], outlier["gate"] + 4.0 * vibration
-    if run < MAX_OUTLIER_RUN and abs(value - 2.0 * outlier["last"] + outlier["before_last"]) > gate:
+    run, difference = outlier["run"], abs(value - 2.0 * outlier["last"] + outlier["before_last"])
+    gate = max(outlier["gate"], VIBRATION_GATE * outlier["level"])
+    if run < MAX_OUTLIER_RUN and difference > gate:
         outlier["run"] = run + 1
         return False
+    if not np.isnan(difference):
+        outlier["level"] += (min(difference, gate) - outlier["level"]) / OUTLIER_WINDOW
     outlier["before_last"] = value if run > 0 or np.isnan(outlier["last"]) else outlier["last"]
     outlier["last"] = value
     outlier["run"] = 0

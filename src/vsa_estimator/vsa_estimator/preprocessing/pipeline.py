@@ -48,10 +48,10 @@ def preprocess(state: NDArray[Any], stamp_ns: int, force: float, deflection: flo
     )
     force_usable, deflection_usable = flags & EXCLUDE_FROM_UPDATE == 0, True
     if is_decimating(decimator["period_ns"], decimator["span_ns"]):
-        if force_usable and not accept(now["force_outliers"], force, now["checks"]["force_noise"]["vibration"]):
+        if force_usable and not accept(now["force_outliers"], force):
             flags |= SensorFlag.FORCE_OUTLIER.value
             force_usable = False
-        if not accept(now["deflection_outliers"], deflection, 0.0):
+        if not accept(now["deflection_outliers"], deflection):
             flags |= SensorFlag.DEFLECTION_OUTLIER.value
             deflection_usable = False
     finished = add_sample(decimator, instant_ns, deflection, force, deflection_usable, force_usable)

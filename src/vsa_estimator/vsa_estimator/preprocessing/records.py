@@ -78,7 +78,7 @@ STUCK = np.dtype([
 NOISE = np.dtype([
     ("last", "f8"), ("before_last", "f8"), ("second_difference", "f8"),
     ("slope", "f8"), ("steepest", "f8"),  # leaky mean and its recent maximum, a sample
-    ("vibration", "f8"),  # bound of its amplitude; 0 where the rod does not vibrate
+    ("is_vibrating", "?"),
     ("exceedance_share", "f8"), ("variance_ratio", "f8"),  # leaky means
     ("ratio", "f8"),  # standard deviation relative to the configured one; 1 unless the sensor is noisy
 ])  # fmt: skip
@@ -92,7 +92,11 @@ CHECKS = np.dtype([
     ("encoder_fault_until_ns", "f8"),
 ])  # fmt: skip
 
-OUTLIER = np.dtype([("gate", "f8"), ("last", "f8"), ("before_last", "f8"), ("run", "i8")])  # unit of the signal
+OUTLIER = np.dtype([
+    ("gate", "f8"), ("last", "f8"), ("before_last", "f8"),  # unit of the signal, like the next
+    ("level", "f8"),  # running mean magnitude of the second difference
+    ("run", "i8"),
+])  # fmt: skip
 
 # Fields and order of `decimator.Decimated`.
 DECIMATED = np.dtype([

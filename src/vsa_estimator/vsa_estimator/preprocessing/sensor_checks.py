@@ -156,11 +156,11 @@ def update_noise(noise: Any, value: float, std: float, high_slew: float, beyond_
     """
     last, steepest = noise["last"], noise["steepest"]
     difference = value - 2.0 * last + noise["before_last"]
-    vibrates = beyond_peak_speed or steepest > (VIBRATION_END if noise["vibration"] > 0.0 else 1.0) * high_slew
+    vibrates = beyond_peak_speed or steepest > (VIBRATION_END if noise["is_vibrating"] else 1.0) * high_slew
     vibration = VIBRATION_AMPLITUDE * max(steepest, high_slew if beyond_peak_speed else 0.0) if vibrates else 0.0
     product = -difference * noise["second_difference"] / (4.0 * (std * std + vibration * vibration))
     noise["last"], noise["before_last"] = value, last
-    noise["second_difference"], noise["vibration"] = difference, vibration
+    noise["second_difference"], noise["is_vibrating"] = difference, vibrates
     noise["ratio"] = 1.0
     if np.isnan(product):
         return 1.0

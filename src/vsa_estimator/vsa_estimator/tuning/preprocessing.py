@@ -166,6 +166,11 @@ ENCODER_FAULT_HOLD_NS = _constant("ENCODER_FAULT_HOLD_NS", 50e6, "ns", 10e6, 200
 # Outlier filter
 OUTLIER_GATE = _constant("OUTLIER_GATE", 10.0, "standard deviations", 5.0, 20.0,
     "Gate of the second difference of white noise", "ablation")  # fmt: skip
+VIBRATION_GATE = _constant("VIBRATION_GATE", 3.0, "1", 2.0, 6.0,
+    "gate of the second difference of a vibration over its mean magnitude: 1.6 for a steady one, twice that while it grows",
+    "docs/decisions/0019-outliers-and-pairs.md")  # fmt: skip
+OUTLIER_WINDOW = _constant("OUTLIER_WINDOW", 10.0, "samples", 3.0, 50.0,
+    "memory of that mean: three periods of the rod at 500 Hz", "docs/decisions/0019-outliers-and-pairs.md")  # fmt: skip
 MAX_OUTLIER_RUN = _constant("MAX_OUTLIER_RUN", 2, "samples", 1, 10,
     "After as many outliers in a row the signal itself has stepped", "ablation")  # fmt: skip
 
