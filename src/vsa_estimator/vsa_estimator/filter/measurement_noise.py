@@ -82,12 +82,17 @@ class NoiseLevel:
 
     def __init__(self, configured: float, minimum: float, capacity: int) -> None:
         """Start at the `configured` one; limited to a NOISE_RANGE-th (and `minimum`) and NOISE_RANGE times of it."""
-        self.std = self.least_std = configured
+        self.std = configured
         self._recent: deque[float] = deque(maxlen=MINIMUM_WINDOWS)
         self._low = max(configured / NOISE_RANGE, minimum)
         self._high = NOISE_RANGE * configured
         self._squares = np.zeros(capacity)
         self._level = np.zeros(1, NOISE_LEVEL)
+
+    @property
+    def least_std(self) -> float:
+        """Least `std` of the last MINIMUM_WINDOWS refreshes [unit of the samples]."""
+        return min(self._recent, default=self.std)
 
     def add(self, value: float, count: int = 1) -> None:
         """Add the mean of `count` samples of an evenly sampled sequence."""
@@ -104,5 +109,4 @@ class NoiseLevel:
             self.std = float(np.clip(np.sqrt(robust_mean(squares)), self._low, self._high))
             if squares.size == self._squares.size:  # a short record scatters
                 self._recent.append(self.std)
-            self.least_std = min(self._recent, default=self.std)
         return self.std
