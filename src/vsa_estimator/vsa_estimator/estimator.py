@@ -182,8 +182,8 @@ class Estimator:
         self._snapshot = np.zeros(1, SNAPSHOT)
 
     def _finish_all_pending(self) -> None:
-        while self.finish_pending():
-            pass
+        while self._pending is not None:
+            self.finish_pending()
 
     def _handle(self, outcome: Outcome, sample: Sample) -> Estimate | None:
         """Do what a sample outside the fast path requires: drop, reset, start, flags, filter steps, initialization."""

@@ -191,16 +191,21 @@ def node_values(path: str | Path, node: str, config_class: type) -> dict[str, An
     Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
     Skipped are parameters of the process (`autostart`, `realtime.*`, ROS's own), and those of other nodes under `/**`.
     """
-    values = {name: value for _, section in _named_sections(path, node) for name, value in section.items()}
+    sections = list(_named_sections(path, node))
+    values = {name: value for _, section in sections for name, value in section.items()}
     values = {name: value for name, value in values.items() if not _OF_A_PROCESS.match(name)}
-    declared, shared = {parameter.name for parameter in parameters(config_class)}, shared_names(path, node)
+    declared, shared = {parameter.name for parameter in parameters(config_class)}, _shared(sections)
     return {name: value for name, value in values.items() if name in declared or name not in shared}
 
 
 def shared_names(path: str | Path, node: str) -> set[str]:
     """Parameters that a file gives for nodes of any name (`/**`) and not for `node` in particular."""
-    own = {name for key, section in _named_sections(path, node) if not _is_wildcard(key) for name in section}
-    return {name for key, section in _named_sections(path, node) if _is_wildcard(key) for name in section} - own
+    return _shared(list(_named_sections(path, node)))
+
+
+def _shared(sections: Sequence[tuple[str, dict[str, Any]]]) -> set[str]:
+    own = {name for key, section in sections if not _is_wildcard(key) for name in section}
+    return {name for key, section in sections if _is_wildcard(key) for name in section} - own
 
 
 def _named_sections(path: str | Path, node: str) -> Iterator[tuple[str, dict[str, Any]]]:
