@@ -57,11 +57,18 @@ def test_the_discrepancy_is_the_mean_square_by_the_probability_of_another_law():
 
 
 def test_an_uncertain_bank_adds_little_to_the_discrepancy():
-    comparison, uncertain = LawComparison(), bank(ln_difference=0.1)
-    uncertain["ln_stiffness_variance"] = 1e-2
+    comparison, uncertain = LawComparison(), bank(ln_difference=0.09)
+    uncertain["ln_stiffness_variance"] = 0.09**2
     for step in range(5000):
         comparison.add(DT, filtered(), uncertain if step % 2 else bank(ln_difference=1e-3), 1.0)
     assert comparison.discrepancies(bank(), 0.0)[0] == pytest.approx(0.75 / (0.5 / (2.0 * VARIANCE)), rel=0.05)
+
+
+def test_a_bank_without_a_valid_stiffness_is_not_compared():
+    useless = bank(ln_difference=0.15)
+    useless["ln_stiffness_variance"] = 1.0
+    found = compared(filtered(), useless).discrepancies(useless, 1.0)
+    assert found[0] == pytest.approx(LAW_DISCREPANCY_STD**2, rel=1e-3)
 
 
 @pytest.mark.parametrize(("velocity", "beyond_peak"), [(3.4e-3, 0.0), (1e-3, 0.5)])

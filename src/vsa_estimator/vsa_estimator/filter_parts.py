@@ -43,6 +43,7 @@ class FilterParts:
         self.laws = LawChoice(self._config)
         self.modes = ModeMachine()
         self.encoder_fault = False  # of the last sample
+        self._rejected = False  # whether the last deflection was
         self.inertia_observable = False  # at the last step
         self.step_ns = 0  # instant of the last step
         self._position = PositionMonitor()

@@ -81,7 +81,8 @@ class LawComparison:
         self.filter_valid = one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2
         difference = math.log(one["stiffness"]) - other["ln_stiffness"]
         variance = one["ln_stiffness_variance"] + other["ln_stiffness_variance"]
-        self._stiffness.add(gain, float(difference), float(variance), weight)
+        if other["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2:
+            self._stiffness.add(gain, float(difference), float(variance), weight)
         if _damping_observable(one, other):
             variance = one["damping_variance"] + other["damping_variance"]
             self._damping.add(gain, float(one["damping"] - other["damping"]), float(variance), weight)

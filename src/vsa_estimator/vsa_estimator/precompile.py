@@ -27,7 +27,7 @@ def precompile(with_bank: bool = False) -> None:
     parity, jerk, noise = ParityCheck(100.0), JerkDensity(), NoiseLevel(1.0, 0.0, 99)
     parity.keep(Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference))
     for stamp_ns in range(0, 10**9, 10**7):
-        parity.add(1e-9 * stamp_ns, 0.01, 30.0, 1e-10)
+        parity.add((1e-9 * stamp_ns, 0.01, 30.0), 1e-10, False)
         jerk.add(0.01, 1e-10, 0.01)
         noise.add(30.0, 10)
         process_sample(pipeline.state, tracker.state, snapshot, stamp_ns, 30.0, 0.01)
@@ -38,6 +38,7 @@ def precompile(with_bank: bool = False) -> None:
     )  # call compiled functions
     parity.measure_fault()
     parity.fault_would_show()
+    parity.change_would_show()
     parity.isolate_fault()
     if with_bank and ACCELERATED:
         _run_bank()

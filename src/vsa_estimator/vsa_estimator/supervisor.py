@@ -12,7 +12,7 @@ from vsa_estimator.modes import Event
 from vsa_estimator.output.validity import inertia_observable
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.tuning.filter import STATIONARY_SPEED
-from vsa_estimator.tuning.output import MAX_PREDICTION_TIME
+from vsa_estimator.tuning.output import MAX_BEYOND_PEAK, MAX_PREDICTION_TIME
 from vsa_estimator.tuning.supervisor import (
     INERTIA_NEGLIGIBLE,
     MANOEUVRE_RATIO,
@@ -43,18 +43,20 @@ class Supervisor(FilterParts):
         if self._is_discontinuous(block, dt, deflection_variance):
             self._restart_after_gap(block, dt, deflection_variance)
         self.step_ns = block.stamp_ns
-        if not self._update_position(block, deflection_variance):
+        conditions = self.encoder_fault, self._rejected
+        self._rejected = not self._update_position(block, deflection_variance)
+        if self._rejected:
             return
         self.noise.deflection.add(block.deflection, block.samples)
         self.noise.jerk.add(block.deflection, deflection_variance, min(dt, MAX_PREDICTION_TIME))
         if abs(tracker.speed) > STATIONARY_SPEED:
             self._moved_ns = block.stamp_ns
         self._step_laws(block, deflection_variance)
+        self._pipeline.set_beyond_peak_speed(self._is_beyond_peak_speed)
         if self.modes.general:
             self._step_general(block)
             return
-        self._pipeline.set_beyond_peak_speed(self.modes.initialized and tracker.beyond_peak_speed)
-        decision = self.consistency.evaluate(tracker, self.modes, block, deflection_variance, self.encoder_fault)
+        decision = self.consistency.evaluate(tracker, self.modes, block, deflection_variance, conditions)
         self._apply(decision, INCONSISTENT)
         if self._detect_manoeuvre() or self.modes.suspended or not block.forces:
             self.noise.force.interrupt()
@@ -129,6 +131,13 @@ class Supervisor(FilterParts):
         if update is PositionUpdate.RESET_DUE:
             self._reset_position(block, deflection_variance)
         return False
+
+    @property
+    def _is_beyond_peak_speed(self) -> bool:
+        """Whether the rod is near or beyond v*: by the filter, and by the bank where that replaces it."""
+        if self.modes.initialized and not self.modes.general:
+            return self.tracker.beyond_peak_speed
+        return bool(self.laws.impedance["beyond_peak"][0] > MAX_BEYOND_PEAK)
 
     @property
     def _period(self) -> float:

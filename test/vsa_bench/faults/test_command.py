@@ -3,11 +3,13 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from vsa_bench.faults import command
 from vsa_bench.faults.cases import FaultCase, HealthyCase
+from vsa_bench.faults.hypotheses import SATURATION
 from vsa_bench.faults.observation import observe
 from vsa_bench.faults.run import healthy_figures, run_fault
 from vsa_bench.faults.summary import bars, fault_figures
@@ -17,6 +19,8 @@ from vsa_bench.mismatch.run import estimate, start_parameters
 from vsa_common.types import Status
 from vsa_simulator.rig.motion import Tone, tones
 from vsa_simulator.rig.recording import Simulation, TransmissionVariant
+
+SATURATED, NOISY = "force sensor saturated", "force sensor noisy: several times the configured noise"
 
 
 def fault_run(**changes):
@@ -31,7 +35,7 @@ def fault_run(**changes):
 def healthy_run(**changes):
     run = {
         "transmission": "paper_1", "motion": "mix", "stamps": "exact", "rate_hz": 100, "seed": 1, "hours": 2.0,
-        "alarms": [], "stamp_reports": 0, "valid": 1.0, "wrong": 0.0,
+        "alarms": [], "correct_reports": 0, "valid": 1.0, "wrong": 0.0,
     }  # fmt: skip
     return run | changes
 
@@ -52,7 +56,19 @@ def test_an_observation_has_the_estimates_of_the_estimator():
     used = np.isfinite(rows["status"])
     np.testing.assert_array_equal(seen.rows, rows[used])
     np.testing.assert_array_equal(seen.degraded, rows["status"][used] == Status.DEGRADED)
-    assert healthy_figures(seen, simulation.stiffness, 6.0, False)["hours"] == pytest.approx(2.0 / 3600.0, rel=0.02)
+    figures = healthy_figures(seen, simulation.stiffness, 6.0, frozenset())
+    assert figures["hours"] == pytest.approx(2.0 / 3600.0, rel=0.02)
+
+
+def test_a_report_of_what_is_true_is_no_false_alarm():
+    time = np.arange(0.0, 20.0, 0.01)
+    seen = SimpleNamespace(
+        time=time, valid=time >= 0.0, wrong=lambda stiffness: time < 0.0, fault_resets=time < 0.0,
+        degraded=(time > 8.0) & (time < 9.0) | (time > 15.0), reports=[(8.1, {SATURATED}), (15.1, {SATURATED, NOISY})],
+    )  # fmt: skip
+    for correct, alarms, reports in ((frozenset(), 2, 0), (frozenset({SATURATION}), 1, 1)):
+        figures = healthy_figures(seen, time, 6.0, correct)
+        assert (len(figures["alarms"]), figures["correct_reports"]) == (alarms, reports)
 
 
 def test_figures_are_medians_and_the_worst_of_runs_with_valid_stiffness_before_the_fault():

@@ -14,7 +14,7 @@ from vsa_estimator.settings import Initial
 K2 = Initial().k2
 
 
-def decision(shift, of_force=True, of_encoder=False):
+def decision(shift, of_force=True, of_encoder=False, of_law=True):
     """Decision and coefficients of consistent residuals after a fault of `shift` [m], which would show or not."""
     tracker, monitor = Tracker(Initial(), 100.0), ConsistencyMonitor(100.0)
     tracker.start(0.010, 30.0, 1e-10)
@@ -22,6 +22,7 @@ def decision(shift, of_force=True, of_encoder=False):
         is_consistent=True, is_inconsistent=False, fault_size=(1.0, shift), checkpoint=_present(tracker),
         measure_fault=lambda: None, end_fault=lambda: None, replace=lambda coefficients: None,
         fault_would_show=lambda of_encoder=True, shows=(of_force, of_encoder): shows[of_encoder],
+        change_would_show=lambda: of_law,
     )  # fmt: skip
     return monitor._suspended(tracker), _present(tracker)
 
@@ -47,3 +48,7 @@ def test_a_shift_that_makes_the_stiffness_invalid_is_waited_for():
 
 def test_a_shift_of_the_force_that_would_not_show_is_waited_for():
     assert decision(1e-6, of_force=False)[0] is NOMINAL
+
+
+def test_a_change_of_the_law_that_would_not_show_is_waited_for():
+    assert decision(1e-6, of_encoder=True, of_law=False)[0] is NOMINAL

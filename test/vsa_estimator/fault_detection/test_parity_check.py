@@ -51,7 +51,7 @@ def model_force(x, v, a):
 
 def test_a_short_baseline_has_a_small_error_by_jerk():
     t, x, v, a = motion(1.0)
-    rows = np.array([t, x, model_force(x, v, a)])
+    rows = np.array([t, x, model_force(x, v, a), np.zeros(t.size)])
     errors = {
         baseline: np.sqrt(np.mean(residuals(rows, MEAN, REFERENCE, baseline)[1] ** 2)) for baseline in (0.1, 0.04)
     }
@@ -62,7 +62,7 @@ def check(force, x, t, noise=NOISE):
     parity = ParityCheck(RATE)
     parity.keep(Coefficients(MEAN.copy(), np.diag((1e-4 * MEAN) ** 2), REFERENCE))
     for sample in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
-        parity.add(*sample, noise**2)
+        parity.add(sample, noise**2, False)
     return parity
 
 
@@ -87,7 +87,7 @@ def test_the_end_of_a_fault_shows_at_the_same_position():
     parity.measure_fault()
     assert not parity.is_consistent
     for time, deflection, consistent in zip(*at_rest(0.0, seconds=2.0), strict=True):
-        parity.add(1.0 + time, deflection, consistent, NOISE**2)
+        parity.add((1.0 + time, deflection, consistent), NOISE**2, False)
     assert parity.is_consistent
     assert parity.fault_would_show()
 
@@ -100,7 +100,56 @@ def test_stiction_or_a_soft_spring_hides_the_end_of_a_fault():
     parity.measure_fault()
     assert not parity.is_consistent
     for time, deflection, consistent in zip(*at_rest(0.0, 0.5 * REFERENCE, 2.0), strict=True):
-        parity.add(4.0 + time, deflection, consistent, NOISE**2)
+        parity.add((4.0 + time, deflection, consistent), NOISE**2, False)
     assert parity.is_consistent
     assert not parity.fault_would_show()
     assert parity.fault_would_show(of_encoder=False)
+
+
+def test_rows_about_rejected_deflections_are_not_usable():
+    t, x, v, a = motion(0.5)
+    after_rejection = np.zeros(t.size)
+    after_rejection[150] = 1.0
+    rows = np.array([t, x, model_force(x, v, a), after_rejection])
+    usable, *_, finite = residuals(rows, MEAN, REFERENCE, 0.04)
+    excluded = np.setdiff1d(finite, usable)
+    assert excluded.min() == pytest.approx(1.5 - 0.02 - 0.04)
+    assert excluded.max() == pytest.approx(1.5 + 0.02 + 0.04)
+    assert len(excluded) == 13
+
+
+def passing(parity, residual, begin, speed, seconds=2.0):
+    """Whether another law would show, at each consistent evaluation of a motion whose force has a `residual` [N]."""
+    t = begin + np.arange(round(seconds * RATE)) / RATE
+    x = REFERENCE - 0.5 * speed * seconds + speed * (t - begin)
+    force = model_force(x, np.full(t.size, speed), np.zeros(t.size)) + residual(t - begin, x)
+    shows = []
+    for sample in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
+        if parity.add(sample, NOISE**2, False):
+            parity.measure_fault()
+            if parity.is_consistent:
+                shows.append(parity.change_would_show())
+    return shows
+
+
+def settled():
+    """A check whose residual scale is that of a healthy motion, at the begin of a fault."""
+    t, x, force = at_rest(0.0)
+    parity = check(force, x, t)
+    for _ in range(1000):
+        parity.accept()
+    parity.interrupt()
+    parity.begin_fault()
+    return parity
+
+
+def test_another_law_is_not_taken_for_consistent_where_its_force_is_the_same():
+    shows = passing(settled(), lambda _, x: 150.0 * (x - REFERENCE), begin=5.0, speed=0.75e-3, seconds=4.0)
+    assert shows
+    assert not any(shows)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.1e-3, 1.5e-3])
+def test_the_end_of_a_sensor_fault_is_no_other_law(speed):
+    shows = passing(settled(), lambda t, _: np.where(t < 1.0, 1.0, 0.0), begin=5.0, speed=speed)
+    assert shows[-1]

@@ -81,6 +81,20 @@ def test_at_the_onset_of_a_faster_motion_the_density_rises_at_once(seed):
     assert rows[onset + steps : onset + 2 * steps].max() > 30.0 * SNAP_SCALE
 
 
+def test_an_onset_is_stated_until_the_faster_motion_is_that_of_the_window():
+    _, slow = white_snap(1e-3, 500, seed=0)
+    _, fast = white_snap(1e3, 200, seed=0)
+    motion, record, onsets = EncoderMotion(), np.zeros(1, ENCODER), []
+    motion.restart(slow[0], VARIANCE)
+    for deflection in np.concatenate([slow[1:], fast - fast[0] + slow[-1]]):
+        motion.add(DT, deflection, VARIANCE)
+        motion.write(record)
+        onsets.append(motion.is_onset)
+    assert not any(onsets[200:499])
+    assert any(onsets[499:549])
+    assert not any(onsets[600:])
+
+
 def test_a_restart_keeps_the_density():
     _, measured = white_snap(0.1, 1000, seed=6)
     motion, record = EncoderMotion(), np.zeros(1, ENCODER)

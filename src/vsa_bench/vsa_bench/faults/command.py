@@ -36,7 +36,7 @@ from vsa_common.terminal import progress
 
 SEEDS, QUICK_SEEDS = 3, 1
 HOURS, QUICK_HOURS = 100.0, 0.4
-RECORDING_S = 600.0  # length of the healthy recordings, at most
+RECORDING_S, MIN_RECORDING_S = 600.0, 60.0  # length of the healthy recordings, at most and at least
 NAMES = (*FAULTS, HEALTHY, *TRANSMISSIONS, *STAMPS)
 
 Task = tuple[str, Callable[[], dict[str, Any]]]  # label, function
@@ -83,10 +83,17 @@ def _fault_tasks(arguments: argparse.Namespace, base: int) -> list[Task]:
 
 
 def _healthy_tasks(arguments: argparse.Namespace, base: int) -> list[Task]:
-    """Healthy recordings of equal length in all cases, with a seed each, and the real one where it exists."""
+    """Healthy recordings of equal length, with a seed each, and the real one where it exists.
+
+    Of cases that are too many for the hours some are drawn.
+    """
     available = QUICK_HEALTHY if arguments.quick else HEALTHY_CASES
     cases = list(chosen_healthy(available, arguments.case, arguments.motion, arguments.rate))
     hours = arguments.hours or (QUICK_HOURS if arguments.quick else HOURS)
+    count = max(1, int(3600.0 * hours / MIN_RECORDING_S))
+    if count < len(cases):
+        chosen = np.random.default_rng([base, 2]).choice(len(cases), count, replace=False)
+        cases = [cases[i] for i in sorted(chosen.tolist())]
     tasks: list[Task] = []
     if cases:
         rounds = max(1, round(3600.0 * hours / (len(cases) * RECORDING_S)))

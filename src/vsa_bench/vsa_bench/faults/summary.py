@@ -37,7 +37,7 @@ class HealthyFigures(NamedTuple):
     rate: float
     low: float
     high: float
-    stamp_reports: int
+    correct_reports: int
     valid: float  # share of the samples
     wrong: float
 
@@ -80,7 +80,7 @@ def healthy_figures(runs: Sequence[Run]) -> HealthyFigures:
     hours, count = sum(one["hours"] for one in runs), sum(len(one["alarms"]) for one in runs)
     valid, wrong = (sum(one[name] * one["hours"] for one in runs) / hours for name in ("valid", "wrong"))
     low, high = poisson_interval(count, hours)
-    reports = sum(one["stamp_reports"] for one in runs)
+    reports = sum(one["correct_reports"] for one in runs)
     return HealthyFigures(hours, count, count / hours, low, high, reports, valid, wrong)
 
 

@@ -16,7 +16,7 @@ FAULT_HEADER = (
     "worst",
 )  # fmt: skip
 HEALTHY_HEADER = (
-    "recordings", "hours", "alarms", "per hour", "from", "to", "stamp reports", "valid %", "wrong %", "least valid %",
+    "recordings", "hours", "alarms", "per hour", "from", "to", "correct reports", "valid %", "wrong %", "least valid %",
 )  # fmt: skip
 BAR_HEADER = ("required", "limit", "figure", "")
 FAULT_NOTE = (
@@ -27,8 +27,8 @@ FAULT_NOTE = (
 )
 HEALTHY_NOTE = (
     "After the first 6 s of each recording, or 6 s after its introduction. alarms: status DEGRADED or a reset by "
-    "innovation or deflection, apart from stamp reports: late stamps that are reported where they are late. from, to: "
-    "95 % interval of the rate. least valid: worst recording."
+    "innovation or deflection, apart from correct reports: late stamps where they are late, saturation where the force "
+    "leaves the sensor's range. from, to: 95 % interval of the rate. least valid: worst recording."
 )
 GROUPS = ("motion", "stamps", "transmission", "rate_hz")
 
@@ -80,7 +80,7 @@ def _healthy_row(name: str, runs: list[Run]) -> list[str]:
     figures = healthy_figures(runs)
     return [
         name, f"{figures.hours:.2f}", str(figures.alarms), f"{figures.rate:.2f}", f"{figures.low:.2f}",
-        f"{figures.high:.2f}", str(figures.stamp_reports), f"{100.0 * figures.valid:.1f}",
+        f"{figures.high:.2f}", str(figures.correct_reports), f"{100.0 * figures.valid:.1f}",
         f"{100.0 * figures.wrong:.2f}", f"{100.0 * min(one['valid'] for one in runs):.1f}",
     ]  # fmt: skip
 

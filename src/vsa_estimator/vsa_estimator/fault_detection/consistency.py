@@ -106,11 +106,20 @@ class ConsistencyMonitor:
         return self._replace(checkpoint._replace(covariance=covariance, reference=checkpoint.reference + shift))
 
     def evaluate(
-        self, tracker: Tracker, modes: ModeMachine, step: Decimated, deflection_variance: float, encoder_fault: bool
+        self,
+        tracker: Tracker,
+        modes: ModeMachine,
+        step: Decimated,
+        deflection_variance: float,
+        conditions: tuple[bool, bool],
     ) -> Decision:
-        """Decision after a filter step, whose mean deflection has this variance [m^2]."""
+        """Decision after a filter step, whose mean deflection has this variance [m^2].
+
+        `conditions`: whether the encoder is faulty, and whether the deflection before was rejected.
+        """
+        encoder_fault, after_rejection = conditions
         time, force = step.stamp_ns * 1e-9, step.force if step.forces else math.nan
-        evaluated = self._parity.add(time, step.deflection, force, deflection_variance)
+        evaluated = self._parity.add((time, step.deflection, force), deflection_variance, after_rejection)
         if not modes.initialized:
             return NOMINAL
         if self._parity.checkpoint is None:
@@ -141,7 +150,8 @@ class ConsistencyMonitor:
 
     def _suspended(self, tracker: Tracker) -> Decision:
         self._parity.measure_fault()
-        if self._parity.is_consistent and self._parity.fault_would_show(of_encoder=False):
+        consistent = self._parity.is_consistent and self._parity.fault_would_show(of_encoder=False)
+        if consistent and self._parity.change_would_show():
             decision = self._consistent(tracker)
             if decision is not None:
                 return decision

@@ -14,6 +14,7 @@ import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.fault_detection.isolation import SensorShift, isolate
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, evaluate_windows, residuals
+from vsa_estimator.fault_detection.row_buffer import RowBuffer
 from vsa_estimator.force_law.elastic import stiffness
 from vsa_estimator.force_law.state import C
 from vsa_estimator.tuning.fault_detection import (
@@ -51,44 +52,6 @@ class Coefficients(NamedTuple):
     reference: float
 
 
-class RowBuffer:
-    """The last filter steps: time [s], deflection [m], force [N] as rows of a (3, n) view."""
-
-    def __init__(self, capacity: int) -> None:
-        """Keep the last `capacity` steps."""
-        self._capacity = capacity
-        self._buffer = np.empty((3, 2 * capacity))
-        self._begin = self._end = 0
-
-    @property
-    def view(self) -> Array:
-        """The steps (3, n), oldest first; valid until the next `append`."""
-        return self._buffer[:, self._begin : self._end]
-
-    @property
-    def deflection(self) -> Array:
-        """Deflections of the steps (n,) [m]."""
-        return self.view[1]
-
-    def append(self, time: float, deflection: float, force: float) -> None:
-        """Add a step."""
-        if self._end == 2 * self._capacity:
-            recent = self.view.copy()
-            self._begin, self._end = 0, recent.shape[1]
-            self._buffer[:, : self._end] = recent
-        self._buffer[:, self._end] = time, deflection, force
-        self._end += 1
-        self._begin = max(self._begin, self._end - self._capacity)
-
-    def drop_before(self, time: float) -> None:
-        """Drop the steps before `time` [s]."""
-        self._begin += int(np.searchsorted(self.view[0], time))
-
-    def clear(self) -> None:
-        """Drop all steps."""
-        self._begin = self._end = 0
-
-
 class ParityCheck:
     """Checkpointed coefficients, and the mean parity residuals of the recent steps against them."""
 
@@ -103,7 +66,7 @@ class ParityCheck:
         self._means = np.full(len(WINDOWS), np.nan)  # NaN: too few rows
         self._model_std = 0.0  # of the model force by the coefficients' covariance [N]
         self._travel = (math.inf, -math.inf)  # [m]
-        self.fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
+        self.begin_fault()
 
     def reset(self) -> None:
         """Drop checkpoints and steps."""
@@ -135,9 +98,13 @@ class ParityCheck:
         """Coefficients that the sensors are compared with."""
         return self._checkpoints[0] if self._checkpoints else None
 
-    def add(self, time: float, deflection: float, force: float, deflection_variance: float) -> bool:
-        """Add a step [s, m, N, m^2], NaN for no force; whether the residuals were evaluated anew."""
-        self._rows.append(time, deflection, force)
+    def add(self, step: tuple[float, float, float], deflection_variance: float, after_rejection: bool) -> bool:
+        """Add a step [s, m, N] with this variance [m^2], NaN for no force; whether the residuals were evaluated anew.
+
+        `after_rejection` of deflections no velocity difference is accurate: an acceleration, or a step, is within it.
+        """
+        time = step[0]
+        self._rows.append(*step, after_rejection)
         if not self._checkpoints or time - self._evaluated_at < EVALUATION_PERIOD:
             return False
         self._evaluated_at = time
@@ -164,9 +131,7 @@ class ParityCheck:
     @property
     def moves(self) -> bool:
         """Whether the deflection has moved within the decision window."""
-        time, deflection, _ = self._rows.view
-        first = int(np.searchsorted(time, time[-1] - WINDOWS[DECISION_WINDOW]))
-        return bool(np.ptp(deflection[first:]) > MOVING_SPEED * WINDOWS[DECISION_WINDOW])
+        return bool(np.ptp(self._recent(DECISION_WINDOW)[1]) > MOVING_SPEED * WINDOWS[DECISION_WINDOW])
 
     @property
     def exceeds_threshold(self) -> bool:
@@ -184,14 +149,20 @@ class ParityCheck:
         return self._normalized(DECISION_WINDOW) > CONSISTENT_SHARE
 
     def begin_fault(self) -> None:
-        """Drop the size of the last fault."""
-        self.fault_size = (0.0, 0.0)
+        """Drop what is known of the last fault."""
+        self.fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
+        self._last_inconsistent = (0.0, math.nan)  # mean residual [N] and deflection [m] of the present fault
+        self._passage = (math.inf, math.nan)  # slope of the mean residual [N/m] to the deflection [m] where it is small
 
     def measure_fault(self) -> None:
         """Take the size of the present fault from a mean residual that exceeds its threshold; the largest counts."""
         if self._normalized(DECISION_WINDOW) > 1.0:
             force = abs(float(self._means[DECISION_WINDOW])) + self._hidden
             self.fault_size = max(self.fault_size, (force, force / self._stiffness))
+        if self.is_inconsistent:
+            deflection = float(self._recent(DECISION_WINDOW)[1].mean())
+            self._last_inconsistent = float(self._means[DECISION_WINDOW]), deflection
+            self._passage = (math.inf, math.nan)
 
     def fault_would_show(self, of_encoder: bool = True) -> bool:
         """Whether a shift of the force sensor, and `of_encoder` also of the encoder, of the fault's size would show.
@@ -202,6 +173,36 @@ class ParityCheck:
         force, by_encoder = self.fault_size[0], self.fault_size[1] * self._stiffness
         residual = (min(force, by_encoder) if of_encoder else force) - self._hidden
         return force == 0.0 or residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
+
+    def change_would_show(self) -> bool:
+        """Whether another law would leave a residual at the present deflections, where the sensors are consistent.
+
+        The residual of another law passes zero with a slope, the difference of the stiffnesses: that from the last
+        inconsistent mean to the first small one. After a step of the encoder, and beyond the stiffness of the
+        checkpoint, it is excluded; else by the log likelihood ratio of a residual with that slope to none.
+        """
+        residual, deflection = self._last_inconsistent
+        if math.isnan(deflection):
+            return True
+        recent = self._recent(DECISION_WINDOW)
+        if math.isnan(self._passage[1]):
+            passed = float(recent[1].mean())
+            stepped = passed == deflection or recent[3].any()
+            difference = float(self._means[DECISION_WINDOW]) - residual
+            self._passage = math.inf if stepped else difference / (passed - deflection), passed
+        slope, passed = self._passage
+        if abs(slope) > self._stiffness:
+            return True
+        mean, _, reference = self._checkpoints[0]
+        _, values, *_, motion, _ = residuals(recent, mean, reference, self._baseline)
+        expected = slope * (motion[0] - passed)
+        evidence = float(np.mean(expected * (expected - 2.0 * values)))
+        return evidence > (CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)) ** 2
+
+    def _recent(self, index: int) -> Array:
+        """The steps (4, n) of a window."""
+        view = self._rows.view
+        return view[:, int(np.searchsorted(view[0], view[0, -1] - WINDOWS[index])) :]
 
     @property
     def _hidden(self) -> float:

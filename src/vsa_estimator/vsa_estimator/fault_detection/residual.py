@@ -26,13 +26,13 @@ DECISION_WINDOW = 1  # index in WINDOWS of the one that ends a fault
 def residuals(
     rows: Array, mean: Array, reference: float, baseline: float
 ) -> tuple[Array, Array, Array, Booleans, Array, Array]:
-    """Residuals of the rows (3, n) of time [s], deflection [m] and force [N], where they are usable.
+    """Residuals of the rows (4, n) of a RowBuffer, where they are usable.
 
     Velocities are differences over `baseline` [s]. `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns
     time (m,), residual [N] (m,), stiffness of eq. (3) (m,), whether the rod moves (m,), the motion x, v, a (3, m), and
     the times of all finite residuals. The damper holds its greatest force beyond v*.
     """
-    time, deflection, force = rows
+    time, deflection, force, after_rejection = rows
     half = half_baseline(time, baseline)
     count = max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
@@ -49,6 +49,7 @@ def residuals(
         )
         speed_error = 0.25 * baseline * least_a
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
+        excluded[i] |= after_rejection[i : i + 2 * half + 1].any()
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline
         moving[i] = abs(v) > MOVING_SPEED
         motion[0, i], motion[1, i], motion[2, i] = x, v, a

@@ -153,8 +153,8 @@ class Bank:
         self._encoder.add(dt, *deflection)
         step = np.zeros(1, STEP)
         step["dt"], step["deflection"], step["deflection_variance"] = dt, deflection[0], deflection[1]
-        step["force"], step["force_variance"] = force
         self._encoder.write(step["encoder"])
+        step["force"], step["force_variance"] = math.nan if self._encoder.is_onset else force[0], force[1]
         advance(self._members, self._geometry, step)
         self._span = min(self._span[0], deflection[0]), max(self._span[1], deflection[0])
         mixture(self._members, self._geometry, self._probabilities, self.impedance)

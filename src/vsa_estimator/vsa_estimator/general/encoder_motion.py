@@ -70,6 +70,7 @@ class EncoderMotion:
         self._best = CANDIDATES.size // 2
         self._density = float(CANDIDATES[self._best])
         self._elapsed = 0.0
+        self.is_onset = False  # whether a faster motion has just begun
 
     def restart(self, deflection: float, variance: float) -> None:
         """Begin at a deflection [m] of this variance [m^2]: at the first sample and after a gap."""
@@ -99,6 +100,7 @@ class EncoderMotion:
         """Write motion, covariance and density into `encoder`, (1,) ENCODER."""
         used, density, recent = self._best, self._density, self._recent_likelihood
         top = int(np.argmax(recent))
-        if top > used and recent[top] - recent[used] > ONSET_EVIDENCE:
+        self.is_onset = bool(top > used and recent[top] - recent[used] > ONSET_EVIDENCE)
+        if self.is_onset:
             used, density = top, max(density, SNAP_SCALE * float(CANDIDATES[top]))
         encoder["mean"], encoder["covariance"], encoder["density"] = self._means[used], self._covariances[used], density
