@@ -153,3 +153,17 @@ def test_another_law_is_not_taken_for_consistent_where_its_force_is_the_same():
 def test_the_end_of_a_sensor_fault_is_no_other_law(speed):
     shows = passing(settled(), lambda t, _: np.where(t < 1.0, 1.0, 0.0), begin=5.0, speed=speed)
     assert shows[-1]
+
+
+def test_a_transient_step_of_the_encoder_at_rest_is_no_other_law():
+    parity, shows = settled(), []
+    t, x, force = at_rest(0.0, seconds=3.0)
+    faulty = t < 1.0
+    for k in range(t.size):
+        step = float(5.0 + t[k]), float(x[k] + 1e-3 * faulty[k]), float(force[k])
+        if parity.add(step, NOISE**2, bool(k and faulty[k] != faulty[k - 1])):
+            parity.measure_fault()
+            if parity.is_consistent:
+                shows.append(parity.change_would_show())
+    assert shows
+    assert all(shows)

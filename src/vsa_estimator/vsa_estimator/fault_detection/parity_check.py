@@ -187,7 +187,7 @@ class ParityCheck:
         recent = self._recent(DECISION_WINDOW)
         if math.isnan(self._passage[1]):
             passed = float(recent[1].mean())
-            stepped = passed == deflection or recent[3].any()
+            stepped = passed == deflection or self._rows.view[3].any()
             difference = float(self._means[DECISION_WINDOW]) - residual
             self._passage = math.inf if stepped else difference / (passed - deflection), passed
         slope, passed = self._passage
