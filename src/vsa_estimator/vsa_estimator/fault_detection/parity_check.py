@@ -155,14 +155,20 @@ class ParityCheck:
         self._passage = (math.inf, math.nan)  # slope of the mean residual [N/m] to the deflection [m] where it is small
 
     def measure_fault(self) -> None:
-        """Take the size of the present fault from a mean residual that exceeds its threshold; the largest counts."""
+        """Take the size of the present fault, and where its residual becomes small, from the mean residuals.
+
+        The largest size counts. The slope to the first small mean is infinite after a step of the encoder.
+        """
         if self._normalized(DECISION_WINDOW) > 1.0:
             force = abs(float(self._means[DECISION_WINDOW])) + self._hidden
             self.fault_size = max(self.fault_size, (force, force / self._stiffness))
+        mean, deflection = float(self._means[DECISION_WINDOW]), float(self._recent(DECISION_WINDOW)[1].mean())
         if self.is_inconsistent:
-            deflection = float(self._recent(DECISION_WINDOW)[1].mean())
-            self._last_inconsistent = float(self._means[DECISION_WINDOW]), deflection
-            self._passage = (math.inf, math.nan)
+            self._last_inconsistent, self._passage = (mean, deflection), (math.inf, math.nan)
+        elif math.isnan(self._passage[1]) and not math.isnan(mean):
+            last, position = self._last_inconsistent
+            stepped = position == deflection or self._rows.view[3].any()
+            self._passage = math.inf if stepped else (mean - last) / (deflection - position), deflection
 
     def fault_would_show(self, of_encoder: bool = True) -> bool:
         """Whether a shift of the force sensor, and `of_encoder` also of the encoder, of the fault's size would show.
@@ -178,26 +184,17 @@ class ParityCheck:
         """Whether another law would leave a residual at the present deflections, where the sensors are consistent.
 
         The residual of another law passes zero with a slope, the difference of the stiffnesses: that from the last
-        inconsistent mean to the first small one. After a step of the encoder, and beyond the stiffness of the
-        checkpoint, it is excluded; else by the log likelihood ratio of a residual with that slope to none.
+        inconsistent mean to the first small one. Beyond the stiffness of the checkpoint it is excluded; within, by the
+        log likelihood ratio of a residual with that slope to none.
         """
-        residual, deflection = self._last_inconsistent
-        if math.isnan(deflection):
-            return True
-        recent = self._recent(DECISION_WINDOW)
-        if math.isnan(self._passage[1]):
-            passed = float(recent[1].mean())
-            stepped = passed == deflection or self._rows.view[3].any()
-            difference = float(self._means[DECISION_WINDOW]) - residual
-            self._passage = math.inf if stepped else difference / (passed - deflection), passed
-        slope, passed = self._passage
-        if abs(slope) > self._stiffness:
+        slope, deflection = self._passage
+        if math.isnan(slope) or abs(slope) > self._stiffness:
             return True
         mean, _, reference = self._checkpoints[0]
-        _, values, *_, motion, _ = residuals(recent, mean, reference, self._baseline)
-        expected = slope * (motion[0] - passed)
-        evidence = float(np.mean(expected * (expected - 2.0 * values)))
-        return evidence > (CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)) ** 2
+        _, values, *_, motion, _ = residuals(self._recent(DECISION_WINDOW), mean, reference, self._baseline)
+        expected = slope * (motion[0] - deflection)
+        least = (CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)) ** 2
+        return float(expected @ (expected - 2.0 * values)) > values.size * least
 
     def _recent(self, index: int) -> Array:
         """The steps (4, n) of a window."""
