@@ -131,7 +131,7 @@ class ParityCheck:
     @property
     def moves(self) -> bool:
         """Whether the deflection has moved within the decision window."""
-        return bool(np.ptp(self._recent(DECISION_WINDOW)[1]) > MOVING_SPEED * WINDOWS[DECISION_WINDOW])
+        return bool(np.ptp(self._recent[1]) > MOVING_SPEED * WINDOWS[DECISION_WINDOW])
 
     @property
     def exceeds_threshold(self) -> bool:
@@ -162,7 +162,7 @@ class ParityCheck:
         if self._normalized(DECISION_WINDOW) > 1.0:
             force = abs(float(self._means[DECISION_WINDOW])) + self._hidden
             self.fault_size = max(self.fault_size, (force, force / self._stiffness))
-        mean, deflection = float(self._means[DECISION_WINDOW]), float(self._recent(DECISION_WINDOW)[1].mean())
+        mean, deflection = float(self._means[DECISION_WINDOW]), float(self._recent[1].mean())
         if self.is_inconsistent:
             self._last_inconsistent, self._passage = (mean, deflection), (math.inf, math.nan)
         elif math.isnan(self._passage[1]) and not math.isnan(mean):
@@ -191,15 +191,16 @@ class ParityCheck:
         if math.isnan(slope) or abs(slope) > self._stiffness:
             return True
         mean, _, reference = self._checkpoints[0]
-        _, values, *_, motion, _ = residuals(self._recent(DECISION_WINDOW), mean, reference, self._baseline)
+        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline)
         expected = slope * (motion[0] - deflection)
         least = (CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)) ** 2
         return float(expected @ (expected - 2.0 * values)) > values.size * least
 
-    def _recent(self, index: int) -> Array:
-        """The steps (4, n) of a window."""
+    @property
+    def _recent(self) -> Array:
+        """The steps (4, n) of the decision window."""
         view = self._rows.view
-        return view[:, int(np.searchsorted(view[0], view[0, -1] - WINDOWS[index])) :]
+        return view[:, int(np.searchsorted(view[0], view[0, -1] - WINDOWS[DECISION_WINDOW])) :]
 
     @property
     def _hidden(self) -> float:
