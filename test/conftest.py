@@ -1,5 +1,5 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Makes test/shared importable, and repeats live tests that fail while the host suspends the cores.
+"""Makes test/shared importable, distributes files to workers, and repeats live tests while the host suspends the cores.
 
 A live test (`pytest.mark.live`: real processes against the wall clock) that fails while the host of a virtual machine
 suspends its cores is repeated with new fixtures. If every trial was disturbed, the result is inconclusive: the test is
@@ -28,6 +28,7 @@ if line := missing_line():
 
 from host import suspended_time
 
+ONE_WORKER = "test/workspace/"  # takes longest, begins first
 MAX_TRIALS = 4
 TEST_S = 240.0  # [s] of a test after which no further trial begins
 SESSION_S = 1200.0  # [s] for all further trials of a session
@@ -46,6 +47,20 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if item.get_closest_marker("live"):
             item.add_marker(pytest.mark.timeout(TIMEOUT_S))
+    items.sort(key=lambda item: not item.nodeid.startswith(ONE_WORKER))
+
+
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_make_scheduler(config, log):
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        """A file per worker, and one worker for the files that share an emulated machine."""
+
+        def _split_scope(self, nodeid):
+            return ONE_WORKER if nodeid.startswith(ONE_WORKER) else super()._split_scope(nodeid)
+
+    return Scheduling(config, log)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -9,14 +9,14 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 # Modules whose name differs from that of the distribution.
 MODULES = {"python-can": "can", "pyyaml": "yaml", "mcap-ros2-support": "mcap_ros2"}
-LINTERS = {"ruff", "mypy", "types-pyyaml"}  # of ./vsa lint
+COMMANDS = {"ruff", "mypy", "types-pyyaml", "pytest-xdist"}  # of ./vsa lint and ./vsa test
 
 
 def modules(file):
     """Modules of the distributions in a requirements file."""
     lines = (ROOT / "requirements" / file).read_text().lower().splitlines()
     names = [re.match(r"[\w.-]+", line)[0] for line in lines if line and not line.startswith("#")]
-    return [MODULES.get(name, name.replace("-", "_")) for name in names if name not in LINTERS]
+    return [MODULES.get(name, name.replace("-", "_")) for name in names if name not in COMMANDS]
 
 
 def missing(names):

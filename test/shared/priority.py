@@ -4,7 +4,7 @@
 import contextlib
 import dataclasses
 
-from vsa_common.ros.subprocesses import renice
+from vsa_common.ros.realtime import renice
 
 NICE = -15
 RIG = {"realtime": {"priority": 50}}  # where permitted: a real rig does not compete for the processor

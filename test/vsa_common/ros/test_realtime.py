@@ -1,15 +1,20 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Real-time hints, each in a process of its own, as they last until its end."""
+"""Real-time hints, each in a process and session of its own, as they last until its end."""
 
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 IMPORTS = "from vsa_common.ros.realtime import RealTime, apply_hints; import os, threading; "
+AUTOGROUP = Path("/proc/self/autogroup")
 THREAD = "threading.Thread(target=threading.Event().wait, daemon=True).start(); "
 
 
 def output_of(code):
-    run = subprocess.run([sys.executable, "-c", IMPORTS + code], capture_output=True, text=True, check=True)
+    command = [sys.executable, "-c", IMPORTS + code]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, start_new_session=True)
     return run.stdout.strip()
 
 
@@ -21,6 +26,11 @@ def test_default_hints_change_nothing():
 def test_a_nice_value_holds_for_every_thread():
     code = "apply_hints(RealTime(nice=19)); threads = map(int, os.listdir('/proc/self/task')); "
     assert output_of(THREAD + code + "print(*[os.getpriority(os.PRIO_PROCESS, t) for t in threads])") == "19 19"
+
+
+@pytest.mark.skipif(not AUTOGROUP.exists(), reason="the kernel has no autogroups")
+def test_a_nice_value_holds_for_the_session():
+    assert output_of(f"apply_hints(RealTime(nice=3)); print(open('{AUTOGROUP}').read())").endswith(" nice 3")
 
 
 def test_cores_hold_for_every_thread():

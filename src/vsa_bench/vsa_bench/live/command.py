@@ -14,7 +14,8 @@ from typing import Any
 from vsa_bench.harness.deployment import COMPOSED, MODES, SEPARATE, STANDARD_EXECUTOR, Case
 from vsa_bench.harness.run import run_case
 from vsa_bench.live.report import HEADER, NOTE, plot, row
-from vsa_common.ros.subprocesses import ProcessError, renice
+from vsa_common.ros.realtime import renice
+from vsa_common.ros.subprocesses import ProcessError
 from vsa_common.terminal import progress, show_table
 from vsa_tools.demo.isolation import IsolationError
 

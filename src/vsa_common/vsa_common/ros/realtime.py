@@ -22,7 +22,7 @@ class RealTime:
     """Scheduling and memory of a process."""
 
     priority: int = quantity(0, "", 0, 99, "SCHED_FIFO priority of the whole process; 0: the ordinary scheduler")
-    nice: int = quantity(0, "", -20, 19, "weight in the ordinary scheduler, -20 is the most; 0 leaves it")
+    nice: int = quantity(0, "", -20, 19, "weight of process and session in the ordinary scheduler, -20 is the most; 0 leaves it")
     cores: str = string("", "run on these cores only, like 1 or 2-3 or 1,3; empty: any core")
     busy: bool = flag(False, "poll for messages without sleeping: takes a whole core, whose caches stay warm")
     rest: float = quantity(
@@ -36,11 +36,19 @@ def set_timer_slack() -> None:
     _LIBC.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
+def renice(nice: int) -> None:
+    """Set the nice value of every thread of this process and of its session. Raises PermissionError."""
+    for thread in _threads():
+        os.setpriority(os.PRIO_PROCESS, thread, nice)
+    with suppress(OSError):  # with autogroups the kernel weighs sessions, not processes
+        Path("/proc/self/autogroup").write_text(str(nice))
+
+
 def apply_hints(hints: RealTime) -> list[str]:
     """Apply `hints` to every thread of this process; for each refused hint a line with reason and remedy."""
     refusals = []
     if hints.nice:
-        refusals += _attempt(f"nice = {hints.nice}", "CAP_SYS_NICE or LimitNICE=", lambda: _renice(hints.nice))
+        refusals += _attempt(f"nice = {hints.nice}", "CAP_SYS_NICE or LimitNICE=", lambda: renice(hints.nice))
     if hints.priority:
         hint = f"priority = {hints.priority}"
         refusals += _attempt(hint, "CAP_SYS_NICE or LimitRTPRIO=", lambda: _schedule(hints.priority))
@@ -92,11 +100,6 @@ def _attempt(hint: str, remedy: str, apply: Callable[[], None]) -> list[str]:
 
 def _threads() -> list[int]:
     return [int(task.name) for task in Path("/proc/self/task").iterdir()]
-
-
-def _renice(nice: int) -> None:
-    for thread in _threads():
-        os.setpriority(os.PRIO_PROCESS, thread, nice)
 
 
 def _schedule(priority: int) -> None:

@@ -1,7 +1,6 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Child processes in sessions of their own that end with the process that started them."""
 
-import contextlib
 import ctypes
 import os
 import signal
@@ -12,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from vsa_common.ros.realtime import renice
 
 STOP_S = 5.0  # [s] from a signal to the next stronger one
 ORPHAN_S = 3  # [s] from the death of the parent to SIGKILL
@@ -39,13 +39,6 @@ def executable(package: str, name: str) -> str:
     if not path.exists():
         raise ProcessError(f"no executable {name} in package {package} ({path})")
     return str(path)
-
-
-def renice(nice: int) -> None:
-    """Set the nice value of this process and of its session. Raises PermissionError."""
-    os.setpriority(os.PRIO_PROCESS, 0, nice)
-    with contextlib.suppress(OSError):  # with autogroups the kernel weighs sessions, not processes
-        Path("/proc/self/autogroup").write_text(str(nice))
 
 
 def end_with(parent: int) -> None:

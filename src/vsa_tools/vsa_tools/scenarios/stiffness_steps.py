@@ -27,6 +27,7 @@ from vsa_tools.scenarios import stiffness_plan as plan
 from vsa_tools.topics import TRANSMISSIONS
 
 COMMAND_PERIOD_S = 0.02  # well within the controller's command timeout
+CONTROL_LOOP = {"realtime": {"nice": -10}}  # where permitted: precedence over the recorder and other load
 ARM_LEAD_S = 2.0  # time between arming and the first command
 TRUTH = ("time", "angle", "external_torque", "force_1", "force_2", "stiffness_1", "stiffness_2")
 
@@ -46,7 +47,8 @@ class Scenario(PlainScenario):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(yaml.safe_dump([{"at": round(p.time, 6), "push": p.torque} for p in plan.pushes()]))
         no_torque = {"amplitudes": [0.0], "frequencies": [1.0], "phases": [0.0]}
-        return {"rig_simulator": {"scenario": str(path), "torque": no_torque}}
+        rig = {"scenario": str(path), "torque": no_torque}
+        return {"rig_simulator": rig, "driver": CONTROL_LOOP, "stiffness_controller": CONTROL_LOOP}
 
     def processes(self) -> Sequence[ProcessSpec]:
         return (ProcessSpec("stiffness_controller", "vsa_joint", "stiffness_controller"),)
