@@ -22,7 +22,7 @@ class RealTime:
     """Scheduling and memory of a process."""
 
     priority: int = quantity(0, "", 0, 99, "SCHED_FIFO priority of the whole process; 0: the ordinary scheduler")
-    nice: int = quantity(0, "", -20, 19, "weight of process and session in the ordinary scheduler, -20 is the most; 0 leaves it")
+    nice: int = quantity(0, "", -20, 19, "weight of process and session in the scheduler, -20 is the most; 0 leaves it")
     cores: str = string("", "run on these cores only, like 1 or 2-3 or 1,3; empty: any core")
     busy: bool = flag(False, "poll for messages without sleeping: takes a whole core, whose caches stay warm")
     rest: float = quantity(
