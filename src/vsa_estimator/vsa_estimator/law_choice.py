@@ -172,12 +172,12 @@ class LawChoice:
             comparison.restart_test()
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
         comparison.add(elapsed, self._prediction, self.impedance, another)
-        if not laws.is_comparable:
+        if not laws.is_rich:
             self.discrepancies = comparison.excesses
-        elif not self._replaces_filter:
-            self.discrepancies = comparison.discrepancies(self.impedance, another)
-        else:
+        elif laws.is_adequate and self._replaces_filter:
             self.publishes_bank = True
+        else:
+            self.discrepancies = comparison.discrepancies(self.impedance, another)
 
     @property
     def _is_accepted(self) -> bool:

@@ -96,12 +96,12 @@ class LawSelection:
         nis = self.bank.force_nis
         if nis is not None:
             self._mean_nis += min(dt / ADEQUACY_TIME, 1.0) * (min(nis, NIS_CAP) - self._mean_nis)
-        refuted = self.bank.exponential_evidence < -REFUTATION and self._is_rich and self.is_adequate
+        refuted = self.bank.exponential_evidence < -REFUTATION and self.is_rich and self.is_adequate
         self._refuted_for = self._refuted_for + dt if refuted else 0.0
         self._inadequate_for = 0.0 if self.is_adequate else self._inadequate_for + dt
 
     @property
-    def _is_rich(self) -> bool:
+    def is_rich(self) -> bool:
         """Whether the motion was long and varied enough for a decision between the laws."""
         return self.bank.age > MIN_AGE and self._reversals.count >= MIN_TURNS
 
@@ -121,7 +121,7 @@ class LawSelection:
     @property
     def is_comparable(self) -> bool:
         """Whether the mixture can be compared with the filter: by a motion that is rich enough, and adequate."""
-        return self._is_rich and self.is_adequate and not self.is_confirmed
+        return self.is_rich and self.is_adequate and not self.is_confirmed
 
     @property
     def has_failed(self) -> bool:
