@@ -161,7 +161,7 @@ class Estimator:
             faults=tuple(text for text in (*faults, supervisor.modes.reason) if text),
             reset_count=supervisor.counters.resets,
             reset_reason=supervisor.counters.reset_reason,
-            sensor_fault=bool(faults),
+            sensor_fault=self._stamp_ns < self._latch.sensor_fault_until_ns,
             force_noise_std=supervisor.noise.force.std,
             deflection_noise_std=supervisor.noise.deflection.std,
             jerk_density=supervisor.noise.jerk.density,
@@ -234,8 +234,8 @@ class Estimator:
         self._snapshot["published"][0] = (
             not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
-            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, supervisor.laws.publishes_bank,
-            supervisor.laws.impedance[0], *supervisor.laws.discrepancies, *self._constants,
+            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, self._latch.sensor_fault_until_ns,
+            supervisor.laws.publishes_bank, supervisor.laws.impedance[0], *supervisor.laws.discrepancies, *self._constants,
         )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:

@@ -67,5 +67,5 @@ def _moving_tracker() -> Tracker:
         tracker.update_deflection(0.01, 1e-10)
         tracker.update_force(30.0, 1e-4, 1e-10, 0.01)
     tracker.update_uncertainty()
-    tracker.predicted_force(0.01)
+    tracker.predicted_force(tracker.z)
     return tracker

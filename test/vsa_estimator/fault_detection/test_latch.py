@@ -26,6 +26,7 @@ def test_a_fault_is_active_for_the_hold_time_after_its_last_detection(flag):
     assert latch.active_faults(end_ns - 1) == [FAULT_TEXTS[flag]]
     assert latch.active_faults(end_ns) == []
     assert latch.until_ns == end_ns
+    assert latch.sensor_fault_until_ns == (0 if flag is SensorFlag.BURST else end_ns)
 
 
 def test_clear_ends_all_faults_and_keeps_the_counter():

@@ -117,17 +117,21 @@ def test_a_burst_of_queued_samples_makes_no_valid_stiffness_wrong():
     arrival_ns = recording.stamp_ns.copy()
     late = (t >= BEGIN) & (t < BEGIN + 0.06)
     arrival_ns[late] = arrival_ns[late][-1] + 1000 * np.arange(late.sum())  # 60 ms of samples at once
-    reasons, error_time, longest = [], 0.0, 0.0
+    reasons, invalid, sensor_fault, error_time, longest = [], 0.0, False, 0.0, 0.0
     for k, sample in enumerate(zip(arrival_ns.tolist(), recording.force.tolist(), recording.deflection.tolist())):  # noqa: B905
         estimate = estimator.add(*sample)
         if estimate is None or t[k] < BEGIN:
             continue
         reasons.append((t[k] - BEGIN, estimator.state().reason) if k % 5 == 0 else (math.inf, ""))
+        sensor_fault |= estimator.state().sensor_fault
+        invalid += 0.0 if estimate.force_valid else 1.0 / RATE
         error = abs(math.log(estimate.stiffness / recording.stiffness[k]))
         std = math.sqrt(estimate.stiffness_variance) / estimate.stiffness
         error_time = error_time + 1.0 / RATE if estimate.stiffness_valid and error > max(0.01, 4.0 * std) else 0.0
         longest = max(longest, error_time)
     assert reported_after(reasons, "burst") < 0.1
+    assert not sensor_fault
+    assert invalid < 0.25  # the samples are right: for less time than the text is shown
     assert longest < MAX_UNDETECTED
     assert estimate.status is Status.VALID
 

@@ -18,7 +18,7 @@ class Rejection(NamedTuple):
     """A deflection that the gate has rejected."""
 
     offset: float  # from the predicted position [m]
-    force_residual: float  # measured less predicted force at the predicted position [N]; NaN for no force
+    force_residual: float  # change of the residual at the predicted position [N]; NaN for no force
     deflection: float  # [m]
 
 
@@ -30,7 +30,7 @@ class OffsetHypothesis:
         self._rejected: list[Rejection] = []
 
     def reject(self, deflection: float, offset: float, force_residual: float) -> None:
-        """Add a rejected deflection [m], its offset from the prediction [m], and the force residual [N] or NaN."""
+        """Add a rejected deflection [m], its offset [m] from the prediction, and the change of the residual [N] or NaN."""
         self._rejected.append(Rejection(offset, force_residual, deflection))
 
     def clear(self) -> None:

@@ -17,6 +17,8 @@ FAULT_TEXTS = {
     SensorFlag.DEFLECTION_SATURATED: "deflection at its limit",
 }
 
+DELAY = FAULT_TEXTS[SensorFlag.BURST]  # of the transmission: no fault of a sensor
+
 
 class FaultLatch:
     """Active faults by text with the stamp at which each ends."""
@@ -45,6 +47,11 @@ class FaultLatch:
     def until_ns(self) -> int:
         """Stamp at which the last fault ends [ns]; 0 if there was none."""
         return max(self._until_ns.values(), default=0)
+
+    @property
+    def sensor_fault_until_ns(self) -> int:
+        """Stamp at which the last fault of a sensor ends [ns]; 0 if there was none."""
+        return max((until_ns for text, until_ns in self._until_ns.items() if text != DELAY), default=0)
 
     def active_faults(self, stamp_ns: int) -> list[str]:
         """Texts of the faults that are active at an instant [ns]."""

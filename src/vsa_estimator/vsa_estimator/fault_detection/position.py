@@ -4,9 +4,11 @@
 import math
 from enum import Enum, auto
 
+from vsa_common.types import Array
 from vsa_estimator.fault_detection.encoder_step import OffsetHypothesis
 from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.force_law.state import Z
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.tuning.supervisor import PAUSE_PERIODS, POSITION_RESET_TIMEOUT, TIMING_SUSPECT_NS
 
@@ -26,11 +28,12 @@ class PositionMonitor:
         """No deflection yet."""
         self._offsets = OffsetHypothesis()
         self._accepted_ns = 0
+        self._accepted: tuple[Array, float] | None = None  # motion (3,) and force [N] at the last accepted deflection
         self._timing_suspect_ns = 0
 
     def restart(self, instant_ns: int) -> None:
         """Begin anew at a position that is accepted at `instant_ns` [ns]."""
-        self._accepted_ns = instant_ns
+        self._accepted_ns, self._accepted = instant_ns, None
         self._offsets.clear()
 
     def mark_timing_suspect(self, instant_ns: int) -> None:
@@ -49,9 +52,8 @@ class PositionMonitor:
         offset = block.deflection - tracker.position
         repeated = initialized and self._offsets.is_repeated(offset)
         if not repeated and tracker.update_deflection(block.deflection, variance):
-            return self._accept(block)
-        predicted = tracker.predicted_force(tracker.position) if block.forces else math.nan
-        self._offsets.reject(block.deflection, offset, block.force - predicted)
+            return self._accept(tracker, block)
+        self._offsets.reject(block.deflection, offset, self._change_of_residual(tracker, block))
         since = (block.stamp_ns - self._accepted_ns) * 1e-9
         onset = self._offsets.is_motion_onset
         if onset:
@@ -59,7 +61,7 @@ class PositionMonitor:
             tracker.inflate_for_acceleration(offset, since)
         moved = onset or (repeated and not self._supported_by_force(tracker))
         if moved and tracker.update_deflection(block.deflection, variance):
-            return self._accept(block)
+            return self._accept(tracker, block)
         confirmed = repeated and self._offsets.is_confirmed
         if since > POSITION_RESET_TIMEOUT or (confirmed and tracker.position_uncertain(offset, variance)):
             return PositionUpdate.RESET_DUE
@@ -79,15 +81,30 @@ class PositionMonitor:
         """Variance of the rejected offsets [m^2]."""
         return self._offsets.variance
 
-    def _accept(self, block: Decimated) -> PositionUpdate:
+    def _accept(self, tracker: Tracker, block: Decimated) -> PositionUpdate:
         self.restart(block.stamp_ns)
+        self._accepted = tracker.z[:3].copy(), block.force if block.forces else math.nan
         return PositionUpdate.ACCEPTED
+
+    def _change_of_residual(self, tracker: Tracker, block: Decimated) -> float:
+        """Force residual at the predicted state less that at the last accepted deflection [N]; NaN for no force.
+
+        What both have in common is no effect of a motion between them: stiction, or a bias of the force.
+        """
+        if not block.forces:
+            return math.nan
+        residual = block.force - tracker.predicted_force(tracker.z)
+        if self._accepted is None or math.isnan(self._accepted[1]):
+            return residual
+        z, (motion, force) = tracker.z.copy(), self._accepted
+        z[:3] = motion
+        return residual - (force - tracker.predicted_force(z))
 
     def _supported_by_force(self, tracker: Tracker) -> bool:
         """Whether the force agrees with the predicted position, and not with the offset."""
-        position = tracker.position
-        moved = tracker.predicted_force(position + self._offsets.size)
-        return self._offsets.supported_by_force(moved - tracker.predicted_force(position))
+        moved = tracker.z.copy()
+        moved[Z.X] += self._offsets.size
+        return self._offsets.supported_by_force(tracker.predicted_force(moved) - tracker.predicted_force(tracker.z))
 
 
 def is_pause(dt: float, period: float) -> bool:

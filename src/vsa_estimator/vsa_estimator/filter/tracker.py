@@ -234,10 +234,8 @@ class Tracker:
         """Coefficients with their uncertainty at the last `update_uncertainty`."""
         return self._uncertainty
 
-    def predicted_force(self, deflection: float) -> float:
-        """Force of eq. (6) at another deflection [m] with the present velocity and acceleration [N]."""
-        z = self.z.copy()
-        z[Z.X] = deflection
+    def predicted_force(self, z: Array) -> float:
+        """Force of eq. (6) at a state (10,) that has the present reference [N]."""
         return float(force(z, self.reference, COULOMB_SPEED, np.zeros(SIZE), np.zeros((SIZE, SIZE))))
 
     @property

@@ -110,7 +110,7 @@ def write_validity(
     stiffness_valid = usable and separated and ln_variance < MAX_STIFFNESS_STD * MAX_STIFFNESS_STD
     tolerance = MAX_DAMPING_STD * max(abs(out["damping"]), MIN_DAMPING_SCALE * d1)
     damping_valid = usable and initialized and out["damping_variance"] < tolerance * tolerance
-    out["force_valid"] = alive and not degraded
+    out["force_valid"] = usable and stamp_ns >= now["sensor_fault_until_ns"]
     out["stiffness_valid"] = stiffness_valid
     out["damping_valid"] = damping_valid and abs(out["velocity"]) < MAX_SPEED_SHARE * peak_speed
     out["inertia_valid"] = usable and now["inertia_observable"]

@@ -16,7 +16,8 @@ PUBLISHED = np.dtype([
     ("suspended", "?"), ("initialized", "?"),  # the operating mode
     ("inertia_observable", "?"),
     ("step_ns", "i8"),  # instant of the last step
-    ("fault_until_ns", "i8"),  # stamp until which a sensor fault is active
+    ("fault_until_ns", "i8"),  # stamp until which a fault is active
+    ("sensor_fault_until_ns", "i8"),  # the same for a fault of a sensor: not for a delay
     ("general", "?"), ("impedance", IMPEDANCE),  # of the bank, where it estimates
     ("stiffness_discrepancy", "f8"), ("damping_discrepancy", "f8"),  # of the filter: variances of ln stiffness, damping
     *((name, "f8") for name in CONSTANT_FIELDS),
