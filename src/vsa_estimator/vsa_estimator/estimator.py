@@ -225,17 +225,15 @@ class Estimator:
 
     def _publish_snapshot(self) -> None:
         """Update what the estimates are predicted from until the next step."""
-        supervisor, tracker = self._supervisor, self._supervisor.tracker
+        supervisor, tracker, laws = self._supervisor, self._supervisor.tracker, self._supervisor.laws
         tracker.update_uncertainty()
         self._force_variance = supervisor.noise.force.std**2
-        self._constants = (
-            supervisor.counters.resets, supervisor.counters.reset_reason, *supervisor.laws.coefficients(tracker)
-        )  # fmt: skip
+        self._constants = supervisor.counters.resets, supervisor.counters.reset_reason, *laws.coefficients(tracker)
         self._snapshot["published"][0] = (
             not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
             supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, self._latch.sensor_fault_until_ns,
-            supervisor.laws.publishes_bank, supervisor.laws.impedance[0], *supervisor.laws.discrepancies, *self._constants,
+            laws.publishes_bank, laws.impedance[0], *laws.discrepancies, *self._constants,
         )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:

@@ -12,9 +12,11 @@ from vsa_estimator.filter.records import Record
 from vsa_estimator.tuning.general import (
     COMPARISON_CAP,
     COMPARISON_TIME,
+    DAMPING_BIAS,
     DAMPING_DISCREPANCY_STD,
     DIFFERENCE_THRESHOLD,
     LAW_DISCREPANCY_STD,
+    STIFFNESS_BIAS,
 )  # fmt: skip
 from vsa_estimator.tuning.output import (
     MAX_BEYOND_PEAK,
@@ -33,6 +35,7 @@ class Difference:
         self._weighted_nis = 0.0  # mean as `nis`, by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
         self._excess = 0.0  # mean of the difference squared beyond the two variances [unit^2]
+        self._present_excess = 0.0  # the same of the last difference; 0 where it is no evidence
         self.nis = 1.0  # mean of the difference squared over the sum of the two variances
 
     def restart_test(self) -> None:
@@ -40,10 +43,15 @@ class Difference:
         self.nis = min(self.nis, DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD)
         self._excess = 0.0
 
+    def drop_present_excess(self) -> None:
+        """One of the two estimates is no evidence now."""
+        self._present_excess = 0.0
+
     def add(self, gain: float, difference: float, variance: float, weight: float) -> None:
         """Update by a difference with the sum of the two variances; `weight` is the probability of another law."""
         square = difference * difference
         nis = min(square / variance, COMPARISON_CAP)
+        self._present_excess = max(square - variance, 0.0)
         self.nis += gain * (nis - self.nis)
         self._excess += gain * (square - variance - self._excess)
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
@@ -56,8 +64,12 @@ class Difference:
 
     @property
     def discrepancy(self) -> float:
-        """Mean square of the difference, weighted by its precision and by the probability of another law [unit^2]."""
-        return self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
+        """Mean square of the difference, weighted by its precision and by the probability of another law [unit^2].
+
+        No less than what the last difference exceeds both variances by: a right law does not explain that.
+        """
+        mean = self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
+        return max(mean, self._present_excess)
 
 
 class LawComparison:
@@ -79,6 +91,7 @@ class LawComparison:
         """
         one, other, gain = filtered[0], impedance[0], dt / COMPARISON_TIME
         self.filter_valid = one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2
+        self.drop_present_excess()
         difference = math.log(one["stiffness"]) - other["ln_stiffness"]
         variance = one["ln_stiffness_variance"] + other["ln_stiffness_variance"]
         if other["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2:
@@ -86,6 +99,11 @@ class LawComparison:
         if _damping_observable(one, other):
             variance = one["damping_variance"] + other["damping_variance"]
             self._damping.add(gain, float(one["damping"] - other["damping"]), float(variance), weight)
+
+    def drop_present_excess(self) -> None:
+        """The bank does not explain the force now: the last differences are no evidence."""
+        self._stiffness.drop_present_excess()
+        self._damping.drop_present_excess()
 
     @property
     def exceeds_threshold(self) -> bool:
@@ -105,15 +123,17 @@ class LawComparison:
     def discrepancies(self, impedance: Record, weight: float) -> tuple[float, float]:
         """Variances of ln stiffness and of the damping that the choice of the law leaves open in a consistent filter.
 
-        By the differences, and by an error that the (1,) IMPEDANCE of the bank is too uncertain to show; `weight` is
-        the probability of another law than the exponential.
+        By the differences, and by an error that the (1,) IMPEDANCE of the bank is too uncertain to show: its prior
+        variance is that under another law times `weight`, the probability of one. The bank's variance, that of a
+        mixture, is weighted already; its systematic error belongs to no law.
         """
         of_bank = impedance[0]
-        prior = (DAMPING_DISCREPANCY_STD * float(of_bank["rest_damping"])) ** 2
+        rest = float(of_bank["rest_damping"])
+        stiffness = float(of_bank["ln_stiffness_variance"]) - STIFFNESS_BIAS**2
+        damping = float(of_bank["damping_variance"]) - (DAMPING_BIAS * rest) ** 2
         return (
-            self._stiffness.discrepancy
-            + weight * _posterior(LAW_DISCREPANCY_STD**2, float(of_bank["ln_stiffness_variance"])),
-            self._damping.discrepancy + weight * _posterior(prior, float(of_bank["damping_variance"])),
+            self._stiffness.discrepancy + _posterior(weight * LAW_DISCREPANCY_STD**2, stiffness),
+            self._damping.discrepancy + _posterior(weight * (DAMPING_DISCREPANCY_STD * rest) ** 2, damping),
         )
 
 

@@ -30,7 +30,7 @@ class OffsetHypothesis:
         self._rejected: list[Rejection] = []
 
     def reject(self, deflection: float, offset: float, force_residual: float) -> None:
-        """Add a rejected deflection [m], its offset [m] from the prediction, and the change of the residual [N] or NaN."""
+        """Add a rejected deflection [m], its offset [m] from the prediction, the change of the residual [N] or NaN."""
         self._rejected.append(Rejection(offset, force_residual, deflection))
 
     def clear(self) -> None:

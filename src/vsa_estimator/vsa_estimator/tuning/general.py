@@ -128,7 +128,7 @@ STIFFNESS_BIAS = _constant("STIFFNESS_BIAS", 2e-3, "1", 2e-4, 1e-2,
     "systematic error of the bank's stiffness, relative: lag of the motion, which no covariance has", _MEASURED)  # fmt: skip
 DAMPING_BIAS = _constant("DAMPING_BIAS", 0.02, "damping at rest", 2e-3, 0.1,
     "the same of the damping", _MEASURED)  # fmt: skip
-LAW_DISCREPANCY_STD = _constant("LAW_DISCREPANCY_STD", 0.02, "1", 0.005, 0.1,
+LAW_DISCREPANCY_STD = _constant("LAW_DISCREPANCY_STD", 0.05, "1", 0.005, 0.2,
     "prior standard deviation of the filter's ln stiffness by a wrong law that the comparison does not show",
     "docs/decisions/0017-filter-and-bank.md")  # fmt: skip
 DAMPING_DISCREPANCY_STD = _constant("DAMPING_DISCREPANCY_STD", 0.1, "damping at rest", 0.02, 0.5,
