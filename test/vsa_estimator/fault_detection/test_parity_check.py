@@ -74,6 +74,15 @@ def test_the_baseline_follows_the_noise_of_the_encoder(noise, baseline):
     assert check(model_force(x, v, a), x, t, noise)._baseline == pytest.approx(baseline, rel=0.02)
 
 
+@pytest.mark.parametrize(("begin", "end"), [(5e-3, 0.0), (0.0, 5e-3)])
+def test_the_threshold_of_each_window_has_the_model_error_of_its_own_steps(begin, end):
+    t = np.arange(300) / RATE
+    x = REFERENCE + begin + (end - begin) * np.clip((t - 2.0) / 0.3, 0.0, 1.0)  # a tight and a soft rest
+    parity = check(model_force(x, np.gradient(x, t), np.zeros(t.size)), x, t)
+    decision, longest = parity._model_stds[1:]
+    assert (longest if begin > end else decision) > 1.5 * (decision if begin > end else longest)
+
+
 def at_rest(offset, position=REFERENCE, seconds=1.0):
     t = np.arange(round(seconds * RATE)) / RATE
     x = np.full(t.size, position)

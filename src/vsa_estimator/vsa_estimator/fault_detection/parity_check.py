@@ -64,7 +64,7 @@ class ParityCheck:
         self._baseline = MAX_BASELINE  # of the velocity difference [s]
         self._evaluated_at = 0.0
         self._means = np.full(len(WINDOWS), np.nan)  # NaN: too few rows
-        self._model_std = 0.0  # of the model force by the coefficients' covariance [N]
+        self._model_stds = np.zeros(len(WINDOWS))  # of the model force by the coefficients' covariance [N]
         self._travel = (math.inf, -math.inf)  # [m]
         self.begin_fault()
 
@@ -111,8 +111,7 @@ class ParityCheck:
         self._means[:] = np.nan
         if self._rows.view.shape[1] >= MIN_ROWS:
             self._baseline = min(max(math.sqrt(2.0 * deflection_variance) / VELOCITY_STD, MIN_BASELINE), MAX_BASELINE)
-            model_std = evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, self._means)
-            self._model_std = self._model_std if math.isnan(model_std) else model_std
+            evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, self._means, self._model_stds)
         return True
 
     @property
@@ -120,7 +119,7 @@ class ParityCheck:
         """Whether the checkpoint is too uncertain at this position to expose a fault."""
         scale, (low, high) = math.sqrt(self._scale_squares[DECISION_WINDOW]), self._travel
         margin = EXTRAPOLATION_MARGIN / float(self._checkpoints[0].mean[C.K2])
-        uncertain = self._model_std > INSENSITIVE_RATIO * scale or scale > MAX_SCALE
+        uncertain = self._model_stds[DECISION_WINDOW] > INSENSITIVE_RATIO * scale or scale > MAX_SCALE
         return uncertain or not low - margin < float(self._rows.deflection[-1]) < high + margin
 
     @property
@@ -245,4 +244,4 @@ class ParityCheck:
 
     def _std(self, index: int) -> float:
         """Standard deviation of the mean residual of a window [N]."""
-        return math.hypot(math.sqrt(self._scale_squares[index]), self._model_std)
+        return math.hypot(math.sqrt(self._scale_squares[index]), float(self._model_stds[index]))

@@ -146,17 +146,17 @@ def model_force_std(mean: Array, covariance: Array, reference: float, motion: Ar
 
 @compiled
 def evaluate_windows(
-    rows: Array, mean: Array, covariance: Array, reference: float, baseline: float, means: Array
-) -> float:
-    """Write the mean residual of each of WINDOWS [N] into `means` (3,), NaN where there are too few rows.
+    rows: Array, mean: Array, covariance: Array, reference: float, baseline: float, means: Array, model_stds: Array
+) -> None:
+    """Write the mean residual of each of WINDOWS [N] into `means` (3,), its `model_force_std` into `model_stds` (3,).
 
-    Returns `model_force_std` over the DECISION_WINDOW, NaN where it has too few rows.
+    Where there are too few rows the mean is NaN, and the standard deviation stays.
     """
     time, residual, _, moving, motion, finite = residuals(rows, mean, reference, baseline)
-    friction, std, lag = STICTION_RATIO * mean[C_D0], np.nan, 2 * half_baseline(rows[0], baseline)
+    friction, lag = STICTION_RATIO * mean[C_D0], 2 * half_baseline(rows[0], baseline)
     for index in range(len(WINDOWS)):
         first, average = mean_residual(time, residual, moving, finite, friction, WINDOWS[index], lag)
-        means[index] = average if first >= 0 else np.nan
-        if first >= 0 and index == DECISION_WINDOW:
-            std = model_force_std(mean, covariance, reference, motion, first)
-    return float(std)
+        means[index] = np.nan
+        if first >= 0:
+            means[index] = average
+            model_stds[index] = model_force_std(mean, covariance, reference, motion, first)
