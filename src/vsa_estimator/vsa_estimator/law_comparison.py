@@ -10,6 +10,7 @@ import math
 
 from vsa_estimator.filter.records import Record
 from vsa_estimator.tuning.general import (
+    ADEQUACY_TIME,
     COMPARISON_CAP,
     COMPARISON_TIME,
     DAMPING_BIAS,
@@ -26,6 +27,8 @@ from vsa_estimator.tuning.output import (
     MIN_DAMPING_SCALE,
 )
 
+PRESENT_GAIN = COMPARISON_TIME / ADEQUACY_TIME  # the bank follows the onset of a motion later than the filter
+
 
 class Difference:
     """Running mean squares of the difference of one quantity."""
@@ -35,7 +38,7 @@ class Difference:
         self._weighted_nis = 0.0  # mean as `nis`, by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
         self._excess = 0.0  # mean of the difference squared beyond the two variances [unit^2]
-        self._present_excess = 0.0  # the same of the last difference; 0 where it is no evidence
+        self._present_excess = 0.0  # the same over ADEQUACY_TIME; 0 where the difference is no evidence
         self.nis = 1.0  # mean of the difference squared over the sum of the two variances
 
     def restart_test(self) -> None:
@@ -51,7 +54,7 @@ class Difference:
         """Update by a difference with the sum of the two variances; `weight` is the probability of another law."""
         square = difference * difference
         nis = min(square / variance, COMPARISON_CAP)
-        self._present_excess = max(square - variance, 0.0)
+        self._present_excess += min(gain * PRESENT_GAIN, 1.0) * (square - variance - self._present_excess)
         self.nis += gain * (nis - self.nis)
         self._excess += gain * (square - variance - self._excess)
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
@@ -66,7 +69,7 @@ class Difference:
     def discrepancy(self) -> float:
         """Mean square of the difference, weighted by its precision and by the probability of another law [unit^2].
 
-        No less than what the last difference exceeds both variances by: a right law does not explain that.
+        No less than what the present difference exceeds both variances by: a right law does not explain that.
         """
         mean = self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
         return max(mean, self._present_excess)
