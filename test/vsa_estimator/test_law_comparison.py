@@ -7,7 +7,6 @@ from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.general.records import IMPEDANCE
 from vsa_estimator.law_comparison import LawComparison
 from vsa_estimator.tuning.general import (
-    ADEQUACY_TIME,
     COMPARISON_TIME,
     DAMPING_BIAS,
     DAMPING_DISCREPANCY_STD,
@@ -62,29 +61,6 @@ def test_the_discrepancy_is_the_mean_square_by_the_probability_of_another_law():
     for weight in (0.0, 0.3, 1.0):
         found = compared(filtered(), bank(ln_difference=difference), weight).discrepancies(bank(), 0.0)
         assert found == pytest.approx((weight * difference**2, 0.0), rel=1e-3, abs=1e-12)
-
-
-def test_the_discrepancy_contains_what_the_present_difference_exceeds_both_variances_by_under_any_law():
-    comparison, found = compared(filtered(), bank()), []
-    for _ in range(round(6.0 * ADEQUACY_TIME / DT)):
-        comparison.add(DT, filtered(damping=4000.0 + 5.0 * DAMPING_STD), bank(ln_difference=0.1), 0.0)
-        found.append(comparison.discrepancies(bank(), 0.0))
-    assert found[0][0] < 0.05 * 0.1**2  # one difference at the onset of a motion
-    assert found[-1] == pytest.approx((0.1**2 - 2.0 * VARIANCE, 23.0 * DAMPING_STD**2), rel=0.01)
-
-
-def test_a_difference_is_no_evidence_under_a_bank_that_is_not_valid_or_explains_no_force():
-    for inadequate in (False, True):
-        comparison, other = compared(filtered(), bank()), bank(ln_difference=0.1)
-        for _ in range(round(ADEQUACY_TIME / DT)):
-            comparison.add(DT, filtered(), other, 0.0)
-        assert comparison.discrepancies(bank(), 0.0)[0] > 0.0
-        if inadequate:
-            comparison.drop_present_excess()
-        else:
-            other["ln_stiffness_variance"] = 1.0
-            comparison.add(DT, filtered(), other, 0.0)
-        assert comparison.discrepancies(bank(), 0.0) == (0.0, 0.0)
 
 
 def test_an_uncertain_bank_adds_little_to_the_discrepancy():

@@ -10,7 +10,6 @@ import math
 
 from vsa_estimator.filter.records import Record
 from vsa_estimator.tuning.general import (
-    ADEQUACY_TIME,
     COMPARISON_CAP,
     COMPARISON_TIME,
     DAMPING_BIAS,
@@ -27,8 +26,6 @@ from vsa_estimator.tuning.output import (
     MIN_DAMPING_SCALE,
 )
 
-PRESENT_GAIN = COMPARISON_TIME / ADEQUACY_TIME  # the bank follows the onset of a motion later than the filter
-
 
 class Difference:
     """Running mean squares of the difference of one quantity."""
@@ -38,7 +35,6 @@ class Difference:
         self._weighted_nis = 0.0  # mean as `nis`, by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
         self._excess = 0.0  # mean of the difference squared beyond the two variances [unit^2]
-        self._present_excess = 0.0  # the same over ADEQUACY_TIME; 0 where the difference is no evidence
         self.nis = 1.0  # mean of the difference squared over the sum of the two variances
 
     def restart_test(self) -> None:
@@ -46,15 +42,10 @@ class Difference:
         self.nis = min(self.nis, DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD)
         self._excess = 0.0
 
-    def drop_present_excess(self) -> None:
-        """One of the two estimates is no evidence now."""
-        self._present_excess = 0.0
-
     def add(self, gain: float, difference: float, variance: float, weight: float) -> None:
         """Update by a difference with the sum of the two variances; `weight` is the probability of another law."""
         square = difference * difference
         nis = min(square / variance, COMPARISON_CAP)
-        self._present_excess += min(gain * PRESENT_GAIN, 1.0) * (square - variance - self._present_excess)
         self.nis += gain * (nis - self.nis)
         self._excess += gain * (square - variance - self._excess)
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
@@ -67,12 +58,8 @@ class Difference:
 
     @property
     def discrepancy(self) -> float:
-        """Mean square of the difference, weighted by its precision and by the probability of another law [unit^2].
-
-        No less than what the present difference exceeds both variances by: a right law does not explain that.
-        """
-        mean = self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
-        return max(mean, self._present_excess)
+        """Mean square of the difference, weighted by its precision and by the probability of another law [unit^2]."""
+        return self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
 
 
 class LawComparison:
@@ -94,7 +81,6 @@ class LawComparison:
         """
         one, other, gain = filtered[0], impedance[0], dt / COMPARISON_TIME
         self.filter_valid = one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2
-        self.drop_present_excess()
         difference = math.log(one["stiffness"]) - other["ln_stiffness"]
         variance = one["ln_stiffness_variance"] + other["ln_stiffness_variance"]
         if other["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2:
@@ -102,11 +88,6 @@ class LawComparison:
         if _damping_observable(one, other):
             variance = one["damping_variance"] + other["damping_variance"]
             self._damping.add(gain, float(one["damping"] - other["damping"]), float(variance), weight)
-
-    def drop_present_excess(self) -> None:
-        """The bank does not explain the force now: the last differences are no evidence."""
-        self._stiffness.drop_present_excess()
-        self._damping.drop_present_excess()
 
     @property
     def exceeds_threshold(self) -> bool:
