@@ -97,7 +97,10 @@ class ControlConfig(Geometry, Limits, Motors):
     rate: float = quantity(100.0, "Hz", 10.0, 1000.0, "rate of motor commands", tunable=True)
     rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of the equilibrium set-point filter", tunable=True)
     smoothing_time: float = quantity(
-        0.055, "s", 1e-3, 10.0, "time constant of the stiffness set-point filter for a step by a factor 2", tunable=True
+        0.04, "s", 1e-3, 10.0, "time constant of the three lags of the stiffness set-point filter", tunable=True
+    )
+    motor_speed: float = quantity(
+        3.5, "rad/s", 0.01, 100.0, "speed limit of a motor's set-point in a change of the stiffness", tunable=True
     )
     stiffness_gain: float = quantity(
         2.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness", tunable=True

@@ -6,7 +6,15 @@ import math
 import numpy as np
 import pytest
 from vsa_joint.control.springs import ExponentialSpring
-from vsa_joint.control.stiffness_range import force_for, partner_force, reachable_range, relative_std, stiffness_at
+from vsa_joint.control.stiffness_range import (
+    force_for,
+    force_rate,
+    partner_force,
+    reachable_range,
+    relative_std,
+    stiffness_at,
+    tendon_travel,
+)
 from vsa_joint.geometry import Joint, TendonPath
 from vsa_joint.settings import Limits
 
@@ -57,3 +65,20 @@ def test_the_predicted_error_agrees_with_monte_carlo():
         sigma = np.exp(ln + k2 * (x - spring.deflection_reference))
         samples += R**2 * sigma * path.tendon_stiffness / (sigma + 4 * path.tendon_stiffness)
     assert relative_std(force, 0.0, tuple(uncertain), JOINT) == pytest.approx(samples.std() / nominal, rel=0.05)
+
+
+@pytest.mark.parametrize("joint", [JOINT, Joint((TendonPath(R, 1e5), TendonPath(0.018, 2e4)))])
+def test_the_faster_motor_winds_with_the_given_rate(joint):
+    rate, dt = force_rate(60.0, 0.04, SPRINGS, joint), 1e-6
+
+    def travel(force):
+        forces = force, partner_force(force, 0.0, joint)
+        return np.array(
+            [
+                tendon_travel(f, spring.deflection(f), path.tendon_stiffness)
+                for f, spring, path in zip(forces, SPRINGS, joint.paths, strict=True)
+            ]
+        )
+
+    speeds = (travel(60.0 + rate * dt) - travel(60.0)) / dt
+    assert speeds.max() == pytest.approx(0.04, rel=1e-3)

@@ -14,9 +14,16 @@ import math
 
 from vsa_joint.control.motor_map import MotorMap
 from vsa_joint.control.records import Feasibility, Measurement, Target
-from vsa_joint.control.setpoint_filter import SetpointFilter
+from vsa_joint.control.setpoint_filter import RateLimitedFilter, SetpointFilter
 from vsa_joint.control.springs import Springs, force_variance, position_variance
-from vsa_joint.control.stiffness_range import StiffnessRange, force_for, reachable_range, relative_std
+from vsa_joint.control.stiffness_range import (
+    StiffnessRange,
+    force_for,
+    force_rate,
+    partner_force,
+    reachable_range,
+    relative_std,
+)
 from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation
 from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.settings import ControlConfig
@@ -44,10 +51,8 @@ class StiffnessControl:
         self._deflection = 0.0  # due to the load [rad]
         self._load = 0.0  # low-pass filtered external torque [N m]
         self._least_force = 0.0  # N, the larger of both springs
-        self._setpoint = 0.0  # commanded stiffness [N m/rad]
-        self._filtered_setpoint = 0.0  # ln(F - F0)
-        self._log_force, self._rest_angle = SetpointFilter(0.0), SetpointFilter(0.0)  # ln(F - F0); rad
-        self._time_constant = config.smoothing_time  # s
+        self._log_force, self._rest_angle = RateLimitedFilter(0.0), SetpointFilter(0.0)  # ln(F - F0); rad
+        self._force_rate = 0.0  # of the filtered set-point [N/s]
         self._integral_trim = 0.0  # ln K
         self._slack_protection = 0.0  # N
         self._integral = 0.0  # of the equilibrium loop [rad]
@@ -58,10 +63,7 @@ class StiffnessControl:
         self._excitation = ReExcitation(config.joint)
 
     def reconfigure(self, config: ControlConfig) -> None:
-        """Apply the tunable parameters of another configuration; the state stays, the set-point filters are the same.
-
-        The time constant of the stiffness set-point changes with the next commanded stiffness.
-        """
+        """Apply the tunable parameters of another configuration; the state stays."""
         self._config = config
         self._dt = 1.0 / config.rate
         self._motors.reconfigure(config)
@@ -72,10 +74,10 @@ class StiffnessControl:
         self._deflection = self._load / max(measurement.stiffness, MIN_STIFFNESS)
         self.equilibrium = measurement.angle - self._deflection
         self._least_force = max(spring.least_force for spring in measurement.springs)
-        self._filtered_setpoint = self._log_above_offset(unloaded_force(measurement.tension, self._config.radius))
-        self._log_force, self._rest_angle = SetpointFilter(self._filtered_setpoint), SetpointFilter(self.equilibrium)
-        self._integral_trim = self._slack_protection = self._integral = self._phase = self._setpoint = 0.0
-        self._correction = 0.0
+        log_force = self._log_above_offset(unloaded_force(measurement.tension, self._config.radius))
+        self._log_force, self._rest_angle = RateLimitedFilter(log_force), SetpointFilter(self.equilibrium)
+        self._integral_trim = self._slack_protection = self._integral = self._phase = 0.0
+        self._correction = self._force_rate = 0.0
         self._excitation = ReExcitation(self.joint)
         self._motion.start(self._force)
         self._motors.fit_zero(measurement.motors, self._force, self.equilibrium, measurement.springs)
@@ -140,7 +142,8 @@ class StiffnessControl:
         reachable = reachable_range(0.0, springs, self.joint, config)
         if reachable is None:
             return last
-        self._log_force.step(self._filtered_setpoint, self._time_constant, self._dt)
+        self._log_force.settle(config.smoothing_time, self._dt)
+        self._force_rate = 0.0
         self._update_slack_protection(measurement)
         about = self._force + self._slack_protection
         force = self._excitation.step(about, self.equilibrium, springs, reachable, config)
@@ -176,19 +179,16 @@ class StiffnessControl:
         self, target: Target, measurement: Measurement, reachable: StiffnessRange, feedback: bool
     ) -> None:
         """Filter ln(F - F0) towards the force of the target stiffness; integral trim within the settle band."""
-        config, stiffness = self._config, max(measurement.stiffness, MIN_STIFFNESS)
-        if target.stiffness != self._setpoint:
-            self._setpoint = target.stiffness
-            octaves = abs(math.log2(target.stiffness / stiffness))
-            self._time_constant = config.smoothing_time * max(1.0, octaves)
+        config, springs = self._config, measurement.springs
         trimmed = target.stiffness * math.exp(self._integral_trim)
-        setpoint = self._log_above_offset(force_for(trimmed, 0.0, measurement.springs, self.joint, reachable))
-        # a first-order stage ahead of the second-order filter bounds the jerk of the transmissions
-        gain = 1.0 - math.exp(-self._dt / self._time_constant)
-        self._filtered_setpoint += (setpoint - self._filtered_setpoint) * gain
-        log_force = self._log_force.step(self._filtered_setpoint, self._time_constant, self._dt)
+        setpoint = self._log_above_offset(force_for(trimmed, 0.0, springs, self.joint, reachable))
+        rate = force_rate(self._force, config.motor_speed * config.motor_pulley_radius, springs, self.joint)
+        rate /= max(self._force - self._least_force, MIN_FORCE_ABOVE_OFFSET)  # of ln(F - F0)
+        force = self._force
+        log_force = self._log_force.step(setpoint, rate, config.smoothing_time, self._dt)
+        self._force_rate = (self._force - force) / self._dt
         if feedback and abs(log_force - setpoint) < SETTLE_BAND:
-            error = math.log(target.stiffness / stiffness)
+            error = math.log(target.stiffness / max(measurement.stiffness, MIN_STIFFNESS))
             trim = self._integral_trim + config.stiffness_gain * self._dt * error
             self._integral_trim = min(max(trim, -TRIM_MAX), TRIM_MAX)
 
@@ -201,10 +201,16 @@ class StiffnessControl:
         return config.equilibrium_gain * error + self._integral
 
     def _update_slack_protection(self, measurement: Measurement) -> None:
-        """Increase both forces while one is close to slack, decrease them while one exceeds the limit."""
-        forces = [2.0 * tension for tension in measurement.tension]
-        margin = min(f - spring.least_force for f, spring in zip(forces, measurement.springs, strict=True))
-        lacking = max(0.0, SLACK_SHARE * self._config.slack_margin - margin)
+        """Increase both forces while one spring is close to slack, decrease them while one force exceeds the limit.
+
+        The springs bear the measured forces without those of the dampers in the commanded change of stiffness.
+        """
+        forces, elastic = [2.0 * tension for tension in measurement.tension], []
+        share = partner_force(1.0, 0.0, self.joint)
+        for force, ratio, spring in zip(forces, (1.0, share), measurement.springs, strict=True):
+            velocity = ratio * self._force_rate / spring.stiffness(ratio * self._force)
+            elastic.append(force - spring.damper(velocity) - spring.least_force)
+        lacking = max(0.0, SLACK_SHARE * self._config.slack_margin - min(elastic))
         excess = max(0.0, max(forces) - self._config.force_max)
         decay = PROTECTION_DECAY * self._slack_protection
         self._slack_protection += self._dt * (PROTECTION_GAIN * (lacking - excess) - decay)

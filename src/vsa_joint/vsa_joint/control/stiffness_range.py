@@ -106,3 +106,17 @@ def force_for(stiffness: float, torque: float, springs: Springs, joint: Joint, r
 def tendon_travel(force: float, deflection: float, tendon_stiffness: float) -> float:
     """Tendon travel at the motor with the joint at zero [m]: twice the deflection plus the tendon's elongation."""
     return 2.0 * deflection + force / (2.0 * tendon_stiffness)
+
+
+def force_rate(force: float, travel_rate: float, springs: Springs, joint: Joint) -> float:
+    """Rate of the force of transmission_1 [N/s] at which the faster motor winds `travel_rate` [m/s] of its tendon.
+
+    `force` is that of transmission_1 [N]; both change without torque.
+    """
+    first, second = springs
+    partner = partner_force(1.0, 0.0, joint)  # N per N of transmission_1
+    travels = (
+        tendon_travel(1.0, 1.0 / first.stiffness(force), joint.paths[0].tendon_stiffness),
+        tendon_travel(partner, partner / second.stiffness(partner * force), joint.paths[1].tendon_stiffness),
+    )
+    return travel_rate / max(travels)
