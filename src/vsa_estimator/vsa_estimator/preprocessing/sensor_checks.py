@@ -31,6 +31,7 @@ from vsa_estimator.tuning.preprocessing import (
     STUCK_ENCODER_TIME,
     STUCK_FORCE_TIME,
     SUSPECT_TIME_NS,
+    UNDAMPED_SLEW,
     VARIANCE_GATE,
     VARIANCE_RATIO_CAP,
     VARIANCE_WINDOW,
@@ -157,7 +158,8 @@ def update_noise(noise: Any, value: float, std: float, high_slew: float, beyond_
     last, steepest = noise["last"], noise["steepest"]
     difference = value - 2.0 * last + noise["before_last"]
     vibrates = beyond_peak_speed or steepest > (VIBRATION_END if noise["is_vibrating"] else 1.0) * high_slew
-    vibration = VIBRATION_AMPLITUDE * max(steepest, high_slew if beyond_peak_speed else 0.0) if vibrates else 0.0
+    least = UNDAMPED_SLEW * high_slew if beyond_peak_speed else 0.0
+    vibration = VIBRATION_AMPLITUDE * max(steepest, least) if vibrates else 0.0
     product = -difference * noise["second_difference"] / (4.0 * (std * std + vibration * vibration))
     noise["last"], noise["before_last"] = value, last
     noise["second_difference"], noise["is_vibrating"] = difference, vibrates
