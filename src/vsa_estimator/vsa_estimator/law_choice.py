@@ -21,7 +21,7 @@ from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.fault_detection import CHECKPOINT_PERIOD
 from vsa_estimator.tuning.general import ACCEPTANCE, REJECTION
-from vsa_estimator.tuning.output import MAX_PREDICTION_TIME
+from vsa_estimator.tuning.output import MAX_PREDICTION_TIME, MAX_STIFFNESS_STD
 
 NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
 
@@ -45,6 +45,7 @@ class LawChoice:
         self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
         self._checkpoints: deque[Checkpoint] = deque(maxlen=2)
         self._chosen_ns = self._kept_ns = 0
+        self._refuted_share = 0.0  # leaky share of the time in which the law was refuted, or the bank published
         self.is_held = self._slice_due = False  # is_held: like the filter's coefficients
         self._repetitions = 0  # of the bank at the last comparison
         self.publishes_bank = False
@@ -54,6 +55,16 @@ class LawChoice:
     def is_slice_due(self) -> bool:
         """Whether the bank has a part of a repetition to do before the next step: one for each step."""
         return self._slice_due and self._laws is not None and self._laws.bank.is_repeating
+
+    @property
+    def explains_inconsistency(self) -> bool:
+        """Whether an inconsistency of the filter's coefficients is one of their law, and no fault since the checkpoint.
+
+        The exponential law was refuted, or the bank published, for most of a checkpoint's greatest age, and the bank
+        knows the present stiffness.
+        """
+        valid = float(self.impedance["ln_stiffness_variance"][0]) < MAX_STIFFNESS_STD**2
+        return valid and self._laws is not None and self._laws.is_adequate and self._refuted_share > ACCEPTANCE
 
     @property
     def impedance(self) -> Record:
@@ -85,6 +96,7 @@ class LawChoice:
         self._checkpoints.clear()
         self.is_held = self.publishes_bank = False
         self.discrepancies = (0.0, 0.0)
+        self._refuted_share = 0.0
         if self._laws is not None:
             self._laws.restart()
             self._comparison.restart()
@@ -159,6 +171,8 @@ class LawChoice:
             return
         if laws.bank.age > 0.0:
             self._compare(laws, tracker, elapsed)
+            refuted = 1.0 if self.publishes_bank or laws.refutes else 0.0
+            self._refuted_share += elapsed / (2.0 * CHECKPOINT_PERIOD) * (refuted - self._refuted_share)
         if self.publishes_bank:
             self._checkpoints.clear()
         elif modes.initialized and step_ns - self._kept_ns > CHECKPOINT_PERIOD * 1e9 and self._is_accepted:

@@ -57,6 +57,10 @@ class Supervisor(FilterParts):
             self._step_general(block)
             return
         decision = self.consistency.evaluate(tracker, self.modes, block, deflection_variance, conditions)
+        if decision.event is Event.INCONSISTENT and self.laws.explains_inconsistency and not self.encoder_fault:
+            self._refute()
+            self._step_general(block)
+            return
         self._apply(decision, INCONSISTENT)
         if self._detect_manoeuvre() or self.modes.suspended or not block.forces:
             self.noise.force.interrupt()
@@ -78,9 +82,13 @@ class Supervisor(FilterParts):
                 self._restart_initialization(self._force)
                 self.counters.count_reset(ResetReason.INNOVATION)
             else:
-                self.modes.handle(Event.REFUTED)
-                self.laws.refute()
-                self.hand_over.clear()
+                self._refute()
+
+    def _refute(self) -> None:
+        """The bank of laws replaces the filter."""
+        self.modes.handle(Event.REFUTED)
+        self.laws.refute()
+        self.hand_over.clear()
 
     def _step_general(self, block: Decimated) -> None:
         """Rest of a step in mode GENERAL: noise of the sensors; the filter follows the encoder alone."""
@@ -157,6 +165,8 @@ class Supervisor(FilterParts):
             return
         if self.consistency.is_consistent:
             tracker.reset_nis_test()
+        elif self.laws.explains_inconsistency:
+            self._refute()
         elif not self._suspend(INCONSISTENT):
             self._restart_initialization(block.force)
             self.counters.count_reset(ResetReason.INNOVATION)

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from vsa_common.accel import ACCELERATED
 from vsa_estimator.estimator import Estimator
+from vsa_estimator.fault_detection.consistency import Decision
 from vsa_estimator.general.bank import Bank
-from vsa_estimator.modes import Mode
+from vsa_estimator.modes import Event, Mode
 from vsa_estimator.settings import EstimatorConfig, Initial
 from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.laws.springs import SpringConfig
@@ -104,6 +105,20 @@ def test_the_estimator_changes_to_the_bank_only_where_the_law_is_refuted(spring,
     error = rows["stiffness"][3000:] / simulation.stiffness[3000:] - 1.0
     assert rows["stiffness_valid"][3000:].all()
     assert np.median(np.abs(error)) < 0.005
+
+
+@pytest.mark.parametrize(("spring", "mode"), [("exponential", Mode.SUSPENDED), ("quadratic", Mode.GENERAL)])
+def test_an_inconsistency_under_a_refuted_law_is_one_of_the_law(spring, mode, monkeypatch):
+    _, recording = simulated(spring, 20.0)
+    estimator = Estimator(EstimatorConfig(elastic_law="automatic"))
+    before, after = slice(1995), slice(1995, 2000)
+    estimator.add_many(recording.stamp_ns[before], recording.force[before], recording.deflection[before])
+    supervisor = estimator._supervisor
+    assert supervisor.modes.mode is Mode.TRACKING
+    decision = Decision(Event.INCONSISTENT)
+    monkeypatch.setattr(supervisor.consistency, "evaluate", lambda *_: decision)
+    estimator.add_many(recording.stamp_ns[after], recording.force[after], recording.deflection[after])
+    assert supervisor.modes.mode is mode
 
 
 @pytest.mark.parametrize(("shift", "force_shift"), [(0.0, 0.0), (1.5e-3, 0.0), (0.0, 5.0)])
