@@ -61,7 +61,7 @@ class LawChoice:
         """Whether an inconsistency of the filter's coefficients is one of their law, and no fault since the checkpoint.
 
         The exponential law was refuted, or the bank published, for most of a checkpoint's greatest age, and the bank
-        knows the present stiffness.
+        has a valid stiffness.
         """
         valid = float(self.impedance["ln_stiffness_variance"][0]) < MAX_STIFFNESS_STD**2
         return valid and self._laws is not None and self._laws.is_adequate and self._refuted_share > ACCEPTANCE
