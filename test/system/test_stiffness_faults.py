@@ -36,6 +36,7 @@ class Lab:
     def __init__(self, harness):
         self.harness, self.commanding = harness, False
         self.statuses, self.joints, self.motors = [], [], []
+        self.commanded_at = 0.0  # this process may be late with its commands, too
         subscribe = harness.node.create_subscription
         subscribe(DiagnosticStatus, "stiffness_controller/status", lambda m: self.statuses.append((now(), m)), RELIABLE)
         subscribe(JointImpedance, "joint_impedance", lambda m: self.joints.append((now(), m)), RELIABLE)
@@ -48,6 +49,7 @@ class Lab:
         if self.commanding:
             stiffness = SOFT if int(now() / PERIOD) % 2 else STIFF
             self.commands.publish(StiffnessCommand(stiffness=stiffness))
+            self.commanded_at = now()
 
     def until(self, condition, seconds=20.0):
         end = now() + seconds
@@ -143,7 +145,7 @@ def test_control_moves_the_motors_and_reports_an_unreachable_command(control):
 def test_the_end_of_commands_stops_the_motors(control):
     def trial():
         control.commanding = False
-        return control.held(now())
+        return control.held(control.commanded_at)
 
     delay, reason = control.evaluate(trial)
     assert reason == "stiffness_command stopped"
