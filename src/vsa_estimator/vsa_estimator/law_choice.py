@@ -45,7 +45,7 @@ class LawChoice:
         self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
         self._checkpoints: deque[Checkpoint] = deque(maxlen=2)
         self._chosen_ns = self._kept_ns = 0
-        self._refuted_share = 0.0  # leaky share of the time in which the law was refuted, or the bank published
+        self._published_share = 0.0  # leaky share of the time in which the bank was published
         self.is_held = self._slice_due = False  # is_held: like the filter's coefficients
         self._repetitions = 0  # of the bank at the last comparison
         self.publishes_bank = False
@@ -60,11 +60,10 @@ class LawChoice:
     def explains_inconsistency(self) -> bool:
         """Whether an inconsistency of the filter's coefficients is one of their law, and no fault since the checkpoint.
 
-        The exponential law was refuted, or the bank published, for most of a checkpoint's greatest age, and the bank
-        has a valid stiffness.
+        The bank was published for most of a checkpoint's greatest age, and has a valid stiffness.
         """
         valid = float(self.impedance["ln_stiffness_variance"][0]) < MAX_STIFFNESS_STD**2
-        return valid and self._laws is not None and self._laws.is_adequate and self._refuted_share > ACCEPTANCE
+        return valid and self._laws is not None and self._laws.is_adequate and self._published_share > ACCEPTANCE
 
     @property
     def impedance(self) -> Record:
@@ -96,7 +95,7 @@ class LawChoice:
         self._checkpoints.clear()
         self.is_held = self.publishes_bank = False
         self.discrepancies = (0.0, 0.0)
-        self._refuted_share = 0.0
+        self._published_share = 0.0
         if self._laws is not None:
             self._laws.restart()
             self._comparison.restart()
@@ -171,8 +170,8 @@ class LawChoice:
             return
         if laws.bank.age > 0.0:
             self._compare(laws, tracker, elapsed)
-            refuted = 1.0 if self.publishes_bank or laws.refutes else 0.0
-            self._refuted_share += elapsed / (2.0 * CHECKPOINT_PERIOD) * (refuted - self._refuted_share)
+            published = 1.0 if self.publishes_bank else 0.0
+            self._published_share += elapsed / (2.0 * CHECKPOINT_PERIOD) * (published - self._published_share)
         if self.publishes_bank:
             self._checkpoints.clear()
         elif modes.initialized and step_ns - self._kept_ns > CHECKPOINT_PERIOD * 1e9 and self._is_accepted:
