@@ -24,7 +24,7 @@ class Event(Enum):
     INCONSISTENT = auto()  # a parity residual, an encoder step, a gap, or a failed NIS test
     CONSISTENT = auto()  # parity residuals of both sensors are within their limits again
     REJECTED = auto()  # no sensor shift explains the inconsistency: the coefficients are given up
-    REFUTED = auto()  # the forces are more likely under another law by REFUTATION, and the filter is inconsistent
+    REFUTED = auto()  # the filter is inconsistent, and another law explains the forces
 
 
 TRANSITIONS: dict[tuple[Mode, Event], Mode] = {

@@ -108,7 +108,7 @@ def test_the_estimator_changes_to_the_bank_only_where_the_law_is_refuted(spring,
 
 
 @pytest.mark.parametrize(("spring", "mode"), [("exponential", Mode.SUSPENDED), ("quadratic", Mode.GENERAL)])
-def test_an_inconsistency_under_a_refuted_law_is_one_of_the_law(spring, mode, monkeypatch):
+def test_an_inconsistency_while_the_bank_is_published_is_one_of_the_law(spring, mode, monkeypatch):
     _, recording = simulated(spring, 20.0)
     estimator = Estimator(EstimatorConfig(elastic_law="automatic"))
     before, after = slice(1995), slice(1995, 2000)

@@ -37,7 +37,7 @@ class RateLimitedFilter:
         return self._filter.value
 
     def step(self, setpoint: float, rate_max: float, time_constant: float, dt: float) -> float:
-        """Value after `dt` [s]; `rate_max` in 1/s of the value's unit, `time_constant` of each lag in s."""
+        """Value after `dt` [s]; `rate_max` in the value's unit per second, `time_constant` of each lag in s."""
         travel = rate_max * dt
         self._limited += min(max(setpoint - self._limited, -travel), travel)
         self._lagged += (self._limited - self._lagged) * (1.0 - math.exp(-dt / time_constant))
