@@ -104,7 +104,7 @@ def assert_equal_messages(direct, separate):
 @pytest.fixture
 def ros():
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    sensors = [f"{side}/{topic}" for side in SIDES for topic in ("force", "encoder")]
+    sensors = [f"{side}/{topic}" for side in SIDES for topic in ("force", "encoder", "capture_counters")]
     remaps = [word for topic in sensors for word in ("-r", f"/apart/{topic}:=/together/{topic}")]
     bus = [
         "-p",

@@ -33,6 +33,30 @@ def published(joint, motors, frame_prefix):
     return node.messages
 
 
+def test_a_sequence_number_precedes_its_sample_at_the_start_and_after_a_gap():
+    published = []
+    publisher = lambda kind, topic, _: SimpleNamespace(  # noqa: E731
+        publish=lambda data: published.append((topic.partition("/")[2], deserialize_message(data, kind)))
+    )
+    transmission = TransmissionTopics(SimpleNamespace(create_publisher=publisher), "transmission_1", "")
+    for stamp_ns, sequence in ((1, 7), (2, 8), (3, 11), (4, 12)):
+        transmission.publish(Measurement("transmission_1", stamp_ns, sequence, force=30.0, deflection=0.01))
+    transmission.flush()
+    batches = [list(message.counter) for topic, message in published if topic == "capture_counters"]
+    assert batches == [[7], [8, 11], [12]]
+    assert [topic for topic, _ in published if topic != "encoder"] == [
+        "capture_counters", "force", "force", "capture_counters", "force", "force", "capture_counters",
+    ]  # fmt: skip
+
+
+def test_samples_without_a_sequence_number_have_no_batch():
+    node = Node()
+    transmission = TransmissionTopics(node, "transmission_1", "")
+    transmission.publish(Measurement("transmission_1", 1, None, force=30.0, deflection=0.01))
+    transmission.flush()
+    assert node.messages.keys() == {"transmission_1/force", "transmission_1/encoder"}
+
+
 @pytest.mark.parametrize("prefix", ["", "left/"])
 def test_every_message_has_the_frame_id_and_the_names_of_the_parameters(prefix):
     messages = published("elbow", ["flexor", "extensor"], prefix)

@@ -110,7 +110,10 @@ class DirectDriver(DriverNode):
         super().start()
 
     def on_sample(self, sample: Measurement) -> None:
-        self.estimators[sample.transmission].process(sample.stamp_ns, sample.force, sample.deflection)
+        estimator = self.estimators[sample.transmission]
+        if sample.sequence is not None:
+            estimator.count((sample.stamp_ns,), (sample.sequence,))
+        estimator.process(sample.stamp_ns, sample.force, sample.deflection)
         super().on_sample(sample)
         if not 0 <= sample.stamp_ns - self._checked_ns < SILENCE_CHECK_NS:
             self._checked_ns = sample.stamp_ns

@@ -26,7 +26,8 @@ class TransmissionTopics:
         self._force = node.create_publisher(WrenchStamped, f"{name}/force", RELIABLE)
         self._encoder = node.create_publisher(JointState, f"{name}/encoder", RELIABLE)
         self._counters = node.create_publisher(CaptureCounters, f"{name}/capture_counters", RELIABLE)
-        self._batch: list[Measurement] = []
+        self._batch: list[tuple[int, int]] = []  # stamp [ns] and sequence number
+        self._successor: int | None = None  # sequence number after that of the last sample
 
     @property
     def publishers(self) -> list[Publisher]:
@@ -34,17 +35,20 @@ class TransmissionTopics:
         return [self._force, self._encoder, self._counters]
 
     def publish(self, sample: Measurement) -> None:
-        """Publish one sample; its sequence number follows with the next batch."""
+        """Publish one sample; its sequence number follows in a batch, or precedes it at the start and after a gap."""
+        if sample.sequence is not None:
+            self._batch.append((sample.stamp_ns, sample.sequence))
+            if sample.sequence != self._successor:
+                self.flush()
+            self._successor = sample.sequence + 1
         self._force.publish(self._wrench.render(sample.stamp_ns, sample.force))
         self._encoder.publish(self._position.render(sample.stamp_ns, sample.deflection))
-        self._batch.append(sample)
 
     def flush(self) -> None:
         """Publish the sequence numbers collected since the last call."""
         batch, self._batch = self._batch, []
         if batch:
-            stamps, sequence = [sample.stamp_ns for sample in batch], [sample.sequence for sample in batch]
-            self._counters.publish(write_counters(self._frame, stamps, sequence))
+            self._counters.publish(write_counters(self._frame, *zip(*batch, strict=True)))
 
 
 class RigTopics:

@@ -78,9 +78,7 @@ class Estimator:
 
     def add_many(self, stamp_ns: Integers, force: Array, deflection: Array) -> Record:
         """`add` each sample of arrays (n,): (n,) ROW, NaN for dropped samples; the same values to the bit."""
-        last = len(stamp_ns) - 1
-        rows = empty_rows(len(stamp_ns))
-        first = 0
+        rows, first, last = empty_rows(len(stamp_ns)), 0, len(stamp_ns) - 1
         while first <= last:
             self._finish_all_pending()
             part = slice(first, last)  # the last sample by `add`, which leaves the state as `add` does
@@ -98,6 +96,10 @@ class Estimator:
             rows[at] = row_of(estimate)
             first = at + 1
         return rows
+
+    def count_lost(self, lost: int) -> None:
+        """The driver counts the samples that are lost: `lost` since the last sample."""
+        self._pipeline.count_lost(lost)
 
     def finish_pending(self) -> bool:
         """Do one part of the deferred work of the last sample, steps or initialization; whether there was any."""

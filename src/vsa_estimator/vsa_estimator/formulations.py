@@ -20,6 +20,10 @@ class TransmissionEstimator(Protocol):
         """`add` each sample of arrays (n,): (n,) ROW, NaN for dropped samples."""
         ...
 
+    def count_lost(self, lost: int) -> None:
+        """The driver counts the samples that are lost: `lost` since the last sample."""
+        ...
+
     def finish_pending(self) -> bool:
         """Do one part of the deferred work of the last sample; whether there was any."""
         ...

@@ -1,16 +1,14 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Node of one transmission. Input: force and encoder topics. Output: impedance and estimator_state topics."""
+"""Node of one transmission. Input: topics of its sensors. Output: impedance and estimator_state topics."""
 
 import time
+from collections.abc import Sequence
 from typing import Any, cast
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import ROSClock
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
-from sensor_msgs.msg import JointState
-from vsa_common.ros.cdr import read_position, read_wrench
-from vsa_common.ros.node import BEST_EFFORT, RELIABLE, WARN, SuiteNode, Tasks
+from vsa_common.ros.node import RELIABLE, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.ros.throttle import ThrottledPublisher
 from vsa_common.types import ResetReason, Status
@@ -18,8 +16,9 @@ from vsa_estimator.formulations import create_estimator
 from vsa_estimator.offline.flight_recorder import FlightRecorder
 from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.output.messages import ImpedanceWriter, StateWriter
-from vsa_estimator.preprocessing.pairing import Pairing
+from vsa_estimator.preprocessing.sequence_gaps import SequenceGaps
 from vsa_estimator.ros.health import ESTIMATION, NO_SAMPLES, EstimatorHealth
+from vsa_estimator.ros.sample_topics import SampleTopics
 from vsa_estimator.ros.services import EstimatorServices
 from vsa_estimator.ros.silence import FIRST_STEP, PREDICTION_STEP_NS, WATCHDOG_PERIOD, Watchdog, prediction_stamps
 from vsa_estimator.ros.stamps import StampCheck
@@ -46,7 +45,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         name = config.transmission
         self._estimator = create_estimator(config)
         self._recorder = _recorder(config)
-        self._pairing = Pairing(_ns(config.pairing_tolerance), _ns(config.reorder_window))
+        self._topics = SampleTopics(config, self.refuse, self.process, self.count)
+        self._gaps = SequenceGaps()
         self._writer = ImpedanceWriter(config.frame_prefix + name)
         self._state_writer = StateWriter(config.frame_prefix + name)
         self._status = Status.INITIALIZING
@@ -66,13 +66,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         self._watchdogs = self.create_watchdogs()
 
     def create_inputs(self) -> list[Subscription]:
-        """Subscribe to both sensors; overridden where `process` is called directly."""
-        name = self.config.transmission
-        qos = RELIABLE if self.config.reliability == "reliable" else BEST_EFFORT
-        return [
-            self.create_subscription(WrenchStamped, f"{name}/force", self._on_force, qos, raw=True),
-            self.create_subscription(JointState, f"{name}/encoder", self._on_encoder, qos, raw=True),
-        ]
+        """Subscribe to both sensors and their sequence numbers; overridden where `process` is called directly."""
+        return self._topics.subscribe(self)
 
     def create_watchdogs(self) -> list[Timer]:
         """Timers that check for silence; overridden where `predict_silence` is called directly."""
@@ -84,7 +79,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             if recorder is not None:
                 recorder.close()
         self._estimator.reconfigure(config)
-        self._pairing.set_windows(_ns(config.pairing_tolerance), _ns(config.reorder_window))
+        self._topics.reconfigure(config)
         self._stamp_check.set_tolerance(_ns(config.future_tolerance))
         self._state_period_ns = int(1e9 / config.state_rate)
 
@@ -100,7 +95,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
             self._recorder.close()
 
     def health(self) -> Tasks:
-        counts = {"unpaired": self._pairing.dropped, "estimates_overtaken": self._overtaken}
+        counts = {"unpaired": self._topics.dropped, "estimates_overtaken": self._overtaken}
         if self._recorder is not None:
             counts["flight_recordings"] = self._recorder.files
         state = self._estimator.state()
@@ -122,19 +117,12 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         config = self.config
         return f"{config.transmission}, formulation {config.formulation}, filter at {config.filter_rate:g} Hz"
 
-    def _on_force(self, data: bytes) -> None:
-        stamp_ns, force = read_wrench(data)
-        if self.refuse(stamp_ns, "force"):
-            return
-        for sample in self._pairing.add_force(stamp_ns, force):
-            self.process(*sample)
-
-    def _on_encoder(self, data: bytes) -> None:
-        stamp_ns, deflection = read_position(data)
-        if self.refuse(stamp_ns, "encoder"):
-            return
-        for sample in self._pairing.add_encoder(stamp_ns, deflection):
-            self.process(*sample)
+    def count(self, stamps_ns: Sequence[int], sequence: Sequence[int]) -> None:
+        """Take the sequence numbers of samples with these stamps [ns]; nothing while inactive."""
+        with self.lock:
+            if self.active:
+                self._gaps.add(stamps_ns, sequence)
+                self._estimator.count_lost(0)
 
     def refuse(self, stamp_ns: int, sensor: str) -> bool:
         """Count a stamp that is zero or in the future; whether it is one."""
@@ -145,6 +133,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         with self.lock:
             if not self.active:
                 return
+            if lost := self._gaps.lost_before(stamp_ns):
+                self._estimator.count_lost(lost)
             estimate = self._estimator.add(stamp_ns, force, deflection)
             if self._recorder is not None:
                 self._recorder.add(stamp_ns, force, deflection)
@@ -197,7 +187,7 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         """Publish the present state at the stamp of the last `estimate`."""
         state = self.state()
         reason = NO_SAMPLES if estimate.status is Status.STALE else state.reason
-        dropped = state.samples_dropped + self._pairing.dropped + sum(self._stamp_check.counts.values())
+        dropped = state.samples_dropped + self._topics.dropped + sum(self._stamp_check.counts.values())
         state = state._replace(status=estimate.status, samples_dropped=dropped, reason=reason)
         self._states.publish(self._state_writer.write(estimate.stamp_ns, state))
 

@@ -42,6 +42,11 @@ def test_a_frame_becomes_a_sample_in_si_with_its_capture_stamp():
     assert sample == Measurement("transmission_1", NOW, 7, pytest.approx(19.5), pytest.approx(0.01234))
 
 
+def test_a_sample_of_frames_without_a_counter_has_no_sequence_number():
+    router = configured("transmission_1", counter_signal="")
+    assert [router.add(transmission(19.5, 1234, 0), NOW + k * MS)[0].sequence for k in range(3)] == [None] * 3
+
+
 def test_calibration_converts_signals_to_newtons_and_metres():
     router = configured(
         "transmission_2", force_scale=2.0, force_offset=-1.0, force_reversed=True,
@@ -163,8 +168,8 @@ def positions(left, right):
 def test_force_and_encoder_of_two_messages_make_one_sample_with_the_stamp_of_the_first(daq):
     assert daq.add(forces(1950, -300), NOW) == []
     one, two = daq.add(positions(9000, -50), NOW + MS)
-    assert one == Measurement("transmission_1", NOW, 0, pytest.approx(19.5), pytest.approx(0.009))
-    assert two == Measurement("transmission_2", NOW, 0, pytest.approx(-3.0), pytest.approx(-5e-5))
+    assert one == Measurement("transmission_1", NOW, None, pytest.approx(19.5), pytest.approx(0.009))
+    assert two == Measurement("transmission_2", NOW, None, pytest.approx(-3.0), pytest.approx(-5e-5))
 
 
 def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_merged_with_the_next(daq):

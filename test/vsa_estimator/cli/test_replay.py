@@ -16,12 +16,14 @@ from std_msgs.msg import String
 from transmission_data import MULTISINE, TRANSMISSION_1, record
 from vsa_common.io import bags
 from vsa_common.io.tables import read_columns, write_columns
+from vsa_common.ros.cdr import write_counters
 from vsa_common.types import Status
 from vsa_estimator.cli import replay as replay_tool
 from vsa_estimator.cli.replay import FIELDS, main
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.offline.recordings import is_complete, read_recordings
 from vsa_estimator.output.estimate import ROW, row_of
+from vsa_estimator.preprocessing.sequence_gaps import SequenceGaps
 from vsa_estimator.settings import EstimatorConfig
 
 SECONDS = 12.0
@@ -98,6 +100,42 @@ def test_a_bag_gives_the_estimates_of_the_live_estimator(tmp_path, samples):
         assert_same(tmp_path / f"out/transmission_{side}.csv", live(samples))
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert summary["transmission_2"]["rows_used"] == summary["transmission_2"]["rows_read"] == len(samples.force)
+
+
+def test_samples_that_the_driver_counts_as_lost_are_used_as_live(tmp_path):
+    """Stamps of a host that delays them by up to 60 ms, every hundredth sample lost on the bus."""
+    data, rng = record(TRANSMISSION_1, MULTISINE, SECONDS), np.random.default_rng(3)
+    begins = np.sort(rng.uniform(0, len(data.force), 40).astype(int))
+    for begin in begins:
+        end = int(data.stamp_ns[begin]) + int(60e6 * rng.uniform())
+        waiting = np.flatnonzero((data.stamp_ns < end) & (np.arange(len(data.force)) >= begin))
+        data.stamp_ns[waiting] = end + 20_000 * np.arange(len(waiting))
+    received = np.flatnonzero(rng.uniform(size=len(data.force)) > 0.01)
+    stamp_ns, force, deflection = (np.asarray(one)[received] for one in (data.stamp_ns, data.force, data.deflection))
+    estimator, gaps, expected = Estimator(EstimatorConfig()), SequenceGaps(), []
+    estimator.count_lost(0)
+    gaps.add(stamp_ns.tolist(), received.tolist())
+    recording = bags.Recording(tmp_path / "bag")
+    topics = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState",
+              "capture_counters": "vsa_msgs/msg/CaptureCounters"}  # fmt: skip
+    for name, kind in topics.items():
+        recording.add(f"/vsa/transmission_1/{name}", kind)
+    for sample in zip(stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True):
+        if lost := gaps.lost_before(sample[0]):
+            estimator.count_lost(lost)
+        expected.append(estimator.add(*sample))
+        for name, message in zip(topics, messages(*sample), strict=False):
+            recording.write(f"/vsa/transmission_1/{name}", sample[0], serialize_message(message))
+    for part in np.array_split(np.arange(len(received)), 20):
+        batch = write_counters("transmission_1", stamp_ns[part].tolist(), received[part].tolist())
+        recording.write("/vsa/transmission_1/capture_counters", int(stamp_ns[part[-1]]), batch)
+    recording.close()
+    assert main([str(tmp_path / "bag"), "--out", str(tmp_path / "out")]) == 0
+    assert_same(tmp_path / "out/transmission_1.csv", expected)
+    (without,) = read_recordings(write_csv(tmp_path / "run.csv", data))
+    (read,) = read_recordings(tmp_path / "bag")
+    assert without.lost is None
+    assert read.lost.sum() == received[-1] - received[0] + 1 - len(received)
 
 
 def test_many_samples_at_once_give_the_estimates_of_single_samples():

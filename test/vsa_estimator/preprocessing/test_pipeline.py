@@ -25,7 +25,7 @@ def test_samples_write_through_to_every_nested_record():
     assert state["validation"]["last_stamp_ns"] == state["timestamps"]["last_instant_ns"] == 10**12 + 99 * MS
     assert state["timestamps"]["clock"]["period_ns"] == MS
     assert np.all(state["timestamps"]["clock"]["intervals_ns"] == MS)
-    assert state["timestamps"]["by_stamp"]["velocity"] != 0.0
+    assert state["timestamps"]["evidence"]["start_deflection"] == samples(100)[-1][2]
     assert state["checks"]["encoder_stuck"]["value"] == state["deflection_outliers"]["last"] == samples(100)[-1][2]
     assert state["checks"]["burst"]["interval_ns"] == pipeline.period_ns == MS
     assert state["decimator"]["finished"][0]["samples"] == 10

@@ -40,12 +40,15 @@ def overloaded(taken, seed=5):
     return stamp
 
 
-def instants(stamp, taken, motion=SLOW):
-    """Corrected stamps [s] of the samples of a motion."""
+def instants(stamp, taken, motion=SLOW, lost=None):
+    """Corrected stamps [s] of the samples of a motion; `lost` before each, where the driver counts them."""
     recording = record(TRANSMISSION_1, motion, stamps=taken)
-    correct = partial(corrected_stamp, initial_timestamps()[0])
+    timestamps, corrected = initial_timestamps()[0], []
+    timestamps["clock"]["is_counted"] = lost is not None
     stamp_ns = 10**18 + np.round(stamp * 1e9).astype(np.int64)
-    corrected = [correct(*sample) for sample in zip(stamp_ns.tolist(), recording.deflection.tolist(), strict=True)]
+    for k, sample in enumerate(zip(stamp_ns.tolist(), recording.deflection.tolist(), strict=True)):
+        timestamps["clock"]["lost"] += 0 if lost is None else lost[k]
+        corrected.append(corrected_stamp(timestamps, *sample))
     return (np.array(corrected) - 10**18) * 1e-9
 
 
@@ -69,11 +72,46 @@ def test_sample_clock_is_estimated_from_a_sender_that_catches_up_slowly(seed):
     assert np.std(error) < 1e-4
 
 
+def test_samples_that_were_queued_in_a_silence_leave_the_period_as_it_was():
+    taken = np.arange(5000) / 500
+    stamp = delayed(taken)
+    queued = (taken > 5.0) & (taken < 5.4)
+    stamp[queued] = 5.4 + 4e-5 * np.arange(np.count_nonzero(queued))
+    error = instants(stamp, taken) - taken
+    assert np.abs(error[2750:]).max() < 3e-4
+
+
+@pytest.mark.parametrize("seed", [5, 6, 8])
+def test_late_samples_of_a_polled_sensor_keep_their_stamps(seed):
+    stamp = delayed(np.arange(5000) / 500, seed)
+    assert np.abs(instants(stamp, stamp) - stamp)[1500:].max() < 1e-6
+
+
 def test_lost_samples_affect_their_neighbours_only():
     taken = np.arange(5000) / 500
     kept = np.random.default_rng(1).uniform(size=taken.size) > 0.02
     stamp, taken = delayed(taken)[kept], taken[kept]
     error = np.abs(instants(stamp, taken) - taken)[1500:]
+    assert np.median(error) < 1e-4
+    assert np.percentile(error, 95.0) < 3e-3
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_losses_that_the_driver_counts_and_long_delays_affect_no_instant(seed):
+    taken, rng = np.arange(5000) / 500, np.random.default_rng(seed)
+    stamp, received = delayed(taken, seed, delay_rate=4.0, mean_delay=20e-3), rng.uniform(size=taken.size) > 0.01
+    received[2500:2525] = False
+    assert np.max(stamp - taken) > 0.06
+    lost = np.diff(np.flatnonzero(received), prepend=-1) - 1
+    error = instants(stamp[received], taken[received], lost=lost) - taken[received]
+    assert np.abs(error[1500:]).max() < 2e-4
+
+
+def test_samples_that_are_lost_after_they_were_counted_are_found():
+    taken = np.arange(5000) / 500
+    kept = np.random.default_rng(1).uniform(size=taken.size) > 0.02
+    stamp, taken = delayed(taken)[kept], taken[kept]
+    error = np.abs(instants(stamp, taken, lost=np.zeros(taken.size, int)) - taken)[1500:]
     assert np.median(error) < 1e-4
     assert np.percentile(error, 95.0) < 3e-3
 

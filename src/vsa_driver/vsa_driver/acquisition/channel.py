@@ -16,7 +16,7 @@ class Measurement(NamedTuple):
 
     transmission: str
     stamp_ns: int
-    sequence: int  # by the device's rolling counter
+    sequence: int | None  # by the device's rolling counter; None without one
     force: float  # [N]
     deflection: float  # [m]
 
@@ -49,6 +49,7 @@ class TransmissionChannel:
         self.tare = Tare(settings.tare_spread, int(settings.silence * 1e9))
         self.force_saturated = 0
         self.deflection_saturated = 0
+        self._is_counted = COUNTER in self.stream.roles
         self._settings = own
         self._force = Calibration.of(own.force_scale, own.force_offset, own.force_reversed)
         self._deflection = Calibration.of(own.encoder_scale, own.encoder_offset, own.encoder_reversed)
@@ -76,8 +77,8 @@ class TransmissionChannel:
         deflection = self._deflection(self._count.add(reading.values[self._encoder_index]))
         self.force_saturated += abs(force) >= self._settings.force_limit
         self.deflection_saturated += not self._settings.deflection_min <= deflection <= self._settings.deflection_max
-        stamp_ns = reading.stamp_ns
-        return Measurement(self.name, stamp_ns, reading.sequence, self.tare.add(stamp_ns, force), deflection)
+        stamp_ns, sequence = reading.stamp_ns, reading.sequence if self._is_counted else None
+        return Measurement(self.name, stamp_ns, sequence, self.tare.add(stamp_ns, force), deflection)
 
     def counts(self) -> dict[str, int]:
         """All counters, by name."""

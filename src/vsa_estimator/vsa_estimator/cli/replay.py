@@ -7,6 +7,7 @@ import json
 import sys
 import time
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -47,8 +48,9 @@ def replay(
     """
     estimator = create_estimator(config)
     chunks = []
-    for first in range(0, len(recording), CHUNK):
-        part = slice(first, first + CHUNK)
+    for part in _parts(recording):
+        if recording.lost is not None:
+            estimator.count_lost(int(recording.lost[part.start]))
         chunks.append(estimator.add_many(recording.stamp_ns[part], recording.force[part], recording.deflection[part]))
         report_progress(len(chunks[-1]) / len(recording))
     rows = np.concatenate(chunks)
@@ -60,6 +62,14 @@ def replay(
             np.sqrt(values) if name.endswith("_std") else values.astype(int) if name in INTEGER_COLUMNS else values
         )
     return columns, estimator.state()
+
+
+def _parts(recording: Recording) -> list[slice]:
+    """Parts of a recording of at most CHUNK samples, which begin after lost samples."""
+    starts = set(range(0, len(recording), CHUNK))
+    if recording.lost is not None:
+        starts |= set(np.flatnonzero(recording.lost).tolist())
+    return [slice(*pair) for pair in pairwise([*sorted(starts), len(recording)])]
 
 
 def configuration(transmission: str, given: Path | None) -> EstimatorConfig:

@@ -88,6 +88,9 @@ class ForceRateEstimator:
             rows[i] = row_of(self.add(*sample))
         return rows
 
+    def count_lost(self, lost: int) -> None:
+        """Ignored: this formulation uses the stamps as they are."""
+
     def finish_pending(self) -> bool:
         """False: no work is deferred."""
         return False

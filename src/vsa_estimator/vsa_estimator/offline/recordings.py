@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vsa_common.io.bags import read_raw, topics
 from vsa_common.io.tables import read_columns
-from vsa_common.ros.cdr import read_positions, read_wrenches
+from vsa_common.ros.cdr import read_counters, read_positions, read_wrenches
 from vsa_common.stamps import NANOSECONDS
 from vsa_estimator.preprocessing.pairing import ENCODER, FORCE, pair_all
 from vsa_estimator.settings import NodeConfig
@@ -45,6 +45,7 @@ class Recording:
     deflection: NDArray[np.float64]  # [m]
     unpaired: int = 0  # messages of a bag without a counterpart of the same stamp
     complete: bool = True  # false for a bag that was cut off
+    lost: NDArray[np.int64] | None = None  # samples lost before each; None where the frames are not counted
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
@@ -98,7 +99,7 @@ def read_csv(path: Path, transmission: str) -> Recording:
 def read_bag(path: Path, transmission: str | None) -> list[Recording]:
     """Samples of the transmissions whose force and encoder are in a bag. Raises RecordingError or BagError."""
     sources = _sources(path, transmission)
-    decoders = {name: _Decoder(path, *pair) for name, pair in sources.items()}
+    decoders = {name: _Decoder(path, *of_name) for name, of_name in sources.items()}
     handlers = {topic: handler for decoder in decoders.values() for topic, handler in decoder.handlers.items()}
     for topic, _, data in read_raw(path, list(handlers)):
         handlers[topic](data)
@@ -110,8 +111,11 @@ def read_bag(path: Path, transmission: str | None) -> list[Recording]:
             raise RecordingError(f"{path}: {name}: no force and encoder message with the same stamp")
         unpaired = decoder.count - 2 * len(stamp_ns)
         recordings.append(
-            Recording(path, name, stamp_ns, stamp_ns / NANOSECONDS, force, deflection, unpaired, complete)
-        )
+            Recording(
+                path, name, stamp_ns, stamp_ns / NANOSECONDS, force, deflection,
+                unpaired=unpaired, complete=complete, lost=decoder.lost_before(stamp_ns),
+            )
+        )  # fmt: skip
     return recordings
 
 
@@ -128,14 +132,16 @@ def is_complete(path: Path) -> bool:
 class _Decoder:
     """Force and encoder messages of one transmission, decoded in batches in the order of the bag."""
 
-    def __init__(self, path: Path, force_topic: str, encoder_topic: str) -> None:
+    def __init__(self, path: Path, force_topic: str, encoder_topic: str, counter_topic: str) -> None:
         self.count = 0
         self.handlers: dict[str, Callable[[bytes], None]] = {
-            force_topic: partial(self._add, FORCE), encoder_topic: partial(self._add, ENCODER)
+            force_topic: partial(self._add, FORCE), encoder_topic: partial(self._add, ENCODER),
+            counter_topic: self._add_counters,
         }  # fmt: skip
         self._path = path
         self._pending: list[tuple[int, bytes]] = []
         self._decoded: list[_Decoded] = []
+        self._counted: tuple[list[int], list[int]] = [], []  # stamps [ns] and sequence numbers
 
     def _add(self, sensor: int, data: bytes) -> None:
         self.count += 1
@@ -149,10 +155,25 @@ class _Decoder:
         sensors, stamps, values = (np.concatenate(column) for column in zip(*self._decoded, strict=True))
         return pair_all(sensors, stamps, values, TOLERANCE_NS, WINDOW_NS)
 
+    def _add_counters(self, data: bytes) -> None:
+        for column, more in zip(self._counted, read_counters(data), strict=True):
+            column += more
+
+    def lost_before(self, stamp_ns: NDArray[np.int64]) -> NDArray[np.int64] | None:
+        """Samples lost before each of the stamps (n,) [ns], by the gaps in the sequence numbers; None without them."""
+        stamps, sequence = (np.array(column, np.int64) for column in self._counted)
+        if not len(stamps):
+            return None
+        gaps, lost = np.diff(sequence) - 1, np.zeros(len(stamp_ns) + 1, np.int64)
+        found = np.flatnonzero(gaps > 0)
+        np.add.at(lost, np.searchsorted(np.maximum.accumulate(stamp_ns), stamps[found + 1]), gaps[found])
+        return lost[:-1]
+
     def _decode_pending(self) -> None:
         sensors = np.array([sensor for sensor, _ in self._pending], np.uint8)
         stamps, values = np.empty(len(sensors), np.int64), np.empty(len(sensors))
-        for topic, sensor, read in zip(self.handlers, (FORCE, ENCODER), (read_wrenches, read_positions), strict=True):
+        sensor_topics = tuple(self.handlers)[:2]
+        for topic, sensor, read in zip(sensor_topics, (FORCE, ENCODER), (read_wrenches, read_positions), strict=True):
             messages = [data for one, data in self._pending if one == sensor]
             if not messages:
                 continue
@@ -164,15 +185,15 @@ class _Decoder:
         self._pending = []
 
 
-def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str]]:
-    """Force and encoder topic of each transmission, or of the one named."""
+def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str, str]]:
+    """Topics of force, encoder and sequence numbers of each transmission, or of the one named."""
     types = {name: topic.type_name for name, topic in topics(path).items()}
     found = {}
     for name in sorted(types):
         match = _FORCE_TOPIC.fullmatch(name)
         encoder = name.removesuffix("force") + "encoder"
         if match and (types[name], types.get(encoder)) == _TYPES:
-            found[match["transmission"]] = (name, encoder)
+            found[match["transmission"]] = (name, encoder, name.removesuffix("force") + "capture_counters")
     if not found:
         raise RecordingError(
             f"{path}: expected .../transmission_N/force (WrenchStamped) and .../encoder (JointState), found neither"

@@ -15,6 +15,7 @@ from vsa_estimator.preprocessing.lost_samples import elapsed_periods, relock
 from vsa_estimator.preprocessing.records import CLOCK
 from vsa_estimator.tuning.preprocessing import (
     CATCH_UP_HOLD,
+    CATCH_UP_RATIO,
     INTEGER_TOLERANCE,
     IRREGULAR_RECOVERY,
     JITTER_GATE,
@@ -48,8 +49,14 @@ def update_clock(clock: Any, stamp_ns: int) -> float:
     """
     step = stamp_ns - clock["last_stamp_ns"]
     clock["last_stamp_ns"] = stamp_ns
-    if not 0.0 <= step <= MAX_INTERVAL_NS or clock["irregular_count"] > MAX_IRREGULAR:
+    if clock["irregular_count"] > MAX_IRREGULAR:
         clock["period_ns"], clock["interval_count"] = np.inf, 0.0
+        synchronise(clock, stamp_ns)
+    elif not 0.0 <= step <= MAX_INTERVAL_NS:
+        clock["queued"] = step / clock["period_ns"] if 0.0 < step < np.inf else 0.0
+        synchronise(clock, stamp_ns)
+    elif clock["queued"] >= 1.0 and step < CATCH_UP_RATIO * clock["period_ns"]:
+        clock["queued"] -= 1.0
         synchronise(clock, stamp_ns)
     elif clock["period_ns"] == np.inf:
         initialize_period(clock, step)
@@ -71,7 +78,7 @@ def update_clock(clock: Any, stamp_ns: int) -> float:
 def synchronise(clock: Any, stamp_ns: int) -> None:
     """Set the phase to this stamp."""
     clock["instant_ns"] = stamp_ns
-    clock["catch_up_hold"] = 0
+    clock["catch_up_hold"] = clock["lost"] = 0
     clock["irregular_count"] = 0.0
     clock["window"] = MIN_LOOP_WINDOW
     begin_window(clock)

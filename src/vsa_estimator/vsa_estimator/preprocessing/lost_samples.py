@@ -1,5 +1,9 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Sample periods between two stamps: delayed samples catch up, lost samples leave a constant lag."""
+"""Sample periods between two stamps, by the samples that the driver counts as lost, and by the stamps.
+
+By the stamps, delayed samples catch up and lost samples leave a constant lag. Where the driver counts, only those are
+lost that are no gap in its sequence numbers, on the way to the estimator: a long delay is no loss.
+"""
 
 from typing import Any
 
@@ -36,10 +40,11 @@ def elapsed_periods(clock: Any, stamp_ns: int, step: float) -> float:
         clock["catch_up_hold"] = CATCH_UP_HOLD
     elif clock["catch_up_hold"] > 0:
         clock["catch_up_hold"] -= 1
-    elif step > 1.5 * period and abs(gap - whole) < tolerance:
+    elif not clock["is_counted"] and step > 1.5 * period and abs(gap - whole) < tolerance:
         relock(clock)
         return float(whole)
-    passed = min(np.floor(gap + MAX_JITTER), 1.0)  # zero or less where earlier periods were miscounted
+    passed = min(np.floor(gap + MAX_JITTER), 1.0 + clock["lost"])  # zero or less where earlier ones were miscounted
+    clock["lost"] = 0
     delay = gap - passed
     lag = np.rint(delay)
     on_grid = abs(delay - lag) < INTEGER_TOLERANCE and (lag == 0.0 or lag == clock["lag"])
@@ -61,12 +66,13 @@ def lost_samples(clock: Any, delay: float, step: float) -> float:
     clock["delayed_run"] += 1
     clock["min_delay"] = min(MIN_DELAY_GROWTH * clock["min_delay"], delay)
     hold_off = (1.0 - clock["loss_rate"]) ** HOLD_OFF_EXPONENT
+    is_long = clock["delayed_run"] > LOSS_RUN and not clock["is_counted"]
     lost = 0.0
     if clock["same_lag_run"] >= LOSS_RUN + OFF_GRID_LOSS_RUN * clock["off_grid_share"] * hold_off:
         lost = clock["lag"]
     elif step > CATCH_UP_RATIO * period and (
         clock["delayed_run"] * period > MAX_DELAYED_NS * hold_off
-        or (clock["delayed_run"] > LOSS_RUN and clock["min_delay"] * period > MAX_DELAY_NS * hold_off)
+        or (is_long and clock["min_delay"] * period > MAX_DELAY_NS * hold_off)
     ):
         lost = np.rint(clock["min_delay"])
     if lost > 0.0:

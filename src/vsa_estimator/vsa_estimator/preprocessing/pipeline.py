@@ -75,14 +75,20 @@ class Pipeline:
     def _set_views(self) -> None:
         """Views of what every filter step reads: (1,) arrays."""
         decimator, checks = self.state["decimator"], self.state["checks"]
+        self._clock = self.state["timestamps"]["clock"]
         self._decimator, self._period_ns, self._span_ns = decimator, decimator["period_ns"], decimator["span_ns"]
         self._force_ratio, self._deflection_ratio = checks["force_noise"]["ratio"], checks["encoder_noise"]["ratio"]
 
     def reset(self) -> None:
-        """Clear the state except for the validation: stamps remain increasing."""
-        validation = self.state["validation"].copy()
+        """Clear the state except for the validation, since stamps remain increasing, and for the counting driver."""
+        validation, is_counted = self.state["validation"].copy(), bool(self._clock["is_counted"][0])
         self.state[:] = _initial_state(self._config)
-        self.state["validation"] = validation
+        self.state["validation"], self._clock["is_counted"] = validation, is_counted
+
+    def count_lost(self, lost: int) -> None:
+        """The driver counts the samples that are lost: `lost` since the last sample."""
+        self._clock["is_counted"] = True
+        self._clock["lost"] += lost
 
     def reconfigure(self, config: EstimatorConfig) -> None:
         """Apply noise and limits of another configuration; the state of the samples stays."""

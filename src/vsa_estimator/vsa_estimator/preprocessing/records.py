@@ -23,9 +23,11 @@ CLOCK = np.dtype([
     ("intervals_ns", "f8", (PERIOD_WINDOW,)),  # from which the period is initialized
     ("interval_count", "f8"),  # behind period or jitter, bounded by their windows
     ("jitter_ns", "f8"),  # mean deviation of regular intervals
+    ("queued", "f8"),  # samples of a silence that may follow it together
     ("irregular_count", "f8"),  # excess of samples that skip or repeat a period
     ("was_delayed", "?"), ("relock_count", "i8"),  # returns from a delay to the clock
     # Lost samples
+    ("is_counted", "?"), ("lost", "i8"),  # whether the driver counts them; those since the last sample
     ("catch_up_hold", "i8"),  # samples for which a long interval is a delay, not a loss
     ("delayed_run", "i8"),  # delayed samples in a row ...
     ("min_delay", "f8"),  # ... with at least this delay [periods] ...
@@ -39,13 +41,13 @@ CLOCK = np.dtype([
     ("is_miscounted", "?"),  # a sample was too early for a wrong period
 ])  # fmt: skip
 
-# Alpha-beta tracker of the deflection over one choice of instants.
-TRACKER = np.dtype([("instant_ns", "f8"), ("deflection", "f8"), ("velocity", "f8")])  # [ns, m, m/s]
-
-# Sequential test between stamps and clock; sums with exponential fading.
+# Sequential test between stamps and clock, by the runs of delayed samples.
 EVIDENCE = np.dtype([
-    ("samples", "f8"),
-    ("gain", "f8"), ("gain_squares", "f8"),  # squared innovation by stamp less that by clock [m^2, m^4]
+    ("start_ns", "f8"), ("start_deflection", "f8"),  # of the last sample that was not delayed [ns, m]
+    ("samples", "f8"),  # of the run, and sums of its products of deflection x, stamp s and instant c of the clock ...
+    ("xx", "f8"), ("xs", "f8"), ("ss", "f8"), ("xc", "f8"), ("cc", "f8"),  # ... from the start [m, ns]
+    ("residual", "f8"),  # mean square of a sample by the better choice, over several runs [m^2]
+    ("llr", "f8"),  # log likelihood ratio of clock and stamps, with exponential fading
     ("decision", "i8"),  # 1 clock, -1 stamps, 0 undecided
 ])  # fmt: skip
 
@@ -53,7 +55,6 @@ TIMESTAMPS = np.dtype([
     ("origin_ns", "i8"),  # first stamp; 0 before it
     ("last_instant_ns", "i8"),
     ("evidence", EVIDENCE),
-    ("by_stamp", TRACKER), ("by_clock", TRACKER),
     ("clock", CLOCK),
 ])  # fmt: skip
 

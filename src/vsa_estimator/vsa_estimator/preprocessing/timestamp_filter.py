@@ -4,6 +4,7 @@
 The choice is a sequential test on the motion: the deflection is smooth over the true instants and over no others.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,14 @@ from vsa_common.accel import compiled
 from vsa_estimator.preprocessing.clock_estimate import initial_clock, update_clock
 from vsa_estimator.preprocessing.records import TIMESTAMPS
 from vsa_estimator.tuning.preprocessing import (
-    DECISION_GATE,
+    DECISION_LLR,
     LLR_CAP,
-    LLR_CAP_SAMPLES,
-    LLR_DECAY,
+    LLR_RUNS,
+    MAX_JITTER,
+    MAX_RUN_NS,
     MIN_RELOCKS,
-    TRACKER_GAP,
-    TRACKER_MIN_STEP,
-    TRACKER_TIME,
+    MIN_RESIDUAL,
+    RESIDUAL_RUNS,
 )
 
 
@@ -51,43 +52,55 @@ def corrected_stamp(timestamps: Any, stamp_ns: int, deflection: float) -> int:
 @compiled
 def select_instant(timestamps: Any, stamp_ns: int, deflection: float) -> int:
     """Stamp or instant of the clock [ns], whichever the sequential test selects; both count from the first stamp."""
-    instant_ns = update_clock(timestamps["clock"], stamp_ns)
-    by_stamp = update_tracker(timestamps["by_stamp"], stamp_ns, deflection)
-    by_clock = update_tracker(timestamps["by_clock"], instant_ns, deflection)
-    update_decision(timestamps["evidence"], by_stamp**2 - by_clock**2)
-    decision = timestamps["evidence"]["decision"]
-    if decision > 0 or (decision == 0 and timestamps["clock"]["relock_count"] >= MIN_RELOCKS):
+    clock, evidence = timestamps["clock"], timestamps["evidence"]
+    instant_ns = update_clock(clock, stamp_ns)
+    if stamp_ns - instant_ns > MAX_JITTER * clock["period_ns"]:
+        add_delayed(evidence, stamp_ns, instant_ns, deflection)
+    else:
+        end_run(evidence, stamp_ns, deflection)
+    decision = evidence["decision"]
+    if decision > 0 or (decision == 0 and clock["relock_count"] >= MIN_RELOCKS):
         return round(instant_ns)
     return stamp_ns
 
 
 @compiled
-def update_tracker(tracker: Any, instant_ns: float, deflection: float) -> float:
-    """Innovation [m] of a deflection at an instant; `tracker`: a TRACKER record of an alpha-beta filter."""
-    dt = (instant_ns - tracker["instant_ns"]) * 1e-9
-    tracker["instant_ns"] = instant_ns
-    if not 0.0 <= dt < TRACKER_GAP * TRACKER_TIME:
-        tracker["deflection"] = deflection
-        tracker["velocity"] = 0.0
-        return 0.0
-    innovation = deflection - (tracker["deflection"] + tracker["velocity"] * dt)
-    decay = np.exp(-dt / TRACKER_TIME)
-    tracker["deflection"] = deflection - decay * decay * innovation
-    tracker["velocity"] += (1.0 - decay) * (1.0 - decay) / max(dt, TRACKER_MIN_STEP) * innovation
-    return float(innovation)
+def add_delayed(evidence: Any, stamp_ns: float, instant_ns: float, deflection: float) -> None:
+    """Add a delayed sample to the run; `evidence`: an EVIDENCE record."""
+    x = deflection - evidence["start_deflection"]
+    s, c = stamp_ns - evidence["start_ns"], instant_ns - evidence["start_ns"]
+    evidence["samples"] += 1.0
+    evidence["xx"] += x * x
+    evidence["xs"] += x * s
+    evidence["ss"] += s * s
+    evidence["xc"] += x * c
+    evidence["cc"] += c * c
 
 
 @compiled
-def update_decision(evidence: Any, gain: float) -> None:
-    """Add the squared innovation that the clock saves [m^2]; `evidence`: an EVIDENCE record."""
-    if gain == 0.0:
+def end_run(evidence: Any, stamp_ns: float, deflection: float) -> None:
+    """End the run at a sample that is not delayed; the next one begins there."""
+    elapsed = stamp_ns - evidence["start_ns"]
+    if evidence["samples"] > 0.0 and elapsed < MAX_RUN_NS:
+        compare(evidence, (deflection - evidence["start_deflection"]) / elapsed)
+    evidence["start_ns"], evidence["start_deflection"] = stamp_ns, deflection
+    evidence["samples"] = evidence["xx"] = evidence["xs"] = evidence["ss"] = evidence["xc"] = evidence["cc"] = 0.0
+
+
+@compiled
+def compare(evidence: Any, velocity: float) -> None:
+    """Add the log likelihood ratio of a run with a uniform motion [m/ns] between the samples before and after it.
+
+    The residuals of n samples are correlated, since they share those two: they count as sqrt(n) independent ones.
+    """
+    if velocity == 0.0:
         return
-    if evidence["samples"] > LLR_CAP_SAMPLES:
-        limit = LLR_CAP * np.sqrt(evidence["gain_squares"] / evidence["samples"])
-        gain = max(-limit, min(limit, gain))
-    fading = 1.0 - LLR_DECAY
-    evidence["samples"] = evidence["samples"] * fading + 1.0
-    evidence["gain"] = evidence["gain"] * fading + gain
-    evidence["gain_squares"] = evidence["gain_squares"] * fading + gain * gain
-    if evidence["gain"] * evidence["gain"] > DECISION_GATE * DECISION_GATE * evidence["gain_squares"]:
-        evidence["decision"] = 1 if evidence["gain"] > 0.0 else -1
+    by_stamp = evidence["xx"] - 2.0 * velocity * evidence["xs"] + velocity * velocity * evidence["ss"]
+    by_clock = evidence["xx"] - 2.0 * velocity * evidence["xc"] + velocity * velocity * evidence["cc"]
+    best = max(min(by_stamp, by_clock) / evidence["samples"], MIN_RESIDUAL * MIN_RESIDUAL)
+    gain = 1.0 / RESIDUAL_RUNS if evidence["residual"] > 0.0 else 1.0
+    evidence["residual"] += gain * (best - evidence["residual"])
+    ratio = 0.5 * (by_stamp - by_clock) / (math.sqrt(evidence["samples"]) * evidence["residual"])
+    evidence["llr"] += min(max(ratio, -LLR_CAP), LLR_CAP) - evidence["llr"] / LLR_RUNS
+    if abs(evidence["llr"]) > DECISION_LLR:
+        evidence["decision"] = 1 if evidence["llr"] > 0.0 else -1

@@ -52,6 +52,8 @@ MISCOUNT_ADVANCE = _constant("MISCOUNT_ADVANCE", 0.1, "periods", 0.02, 0.5,
     "A sample earlier than this results from a miscounted loss, not from a wrong period", "ablation")  # fmt: skip
 
 # Lost samples
+MAX_GAPS = _constant("MAX_GAPS", 1000, "gaps", 100, 100_000,
+    "Bounds the gaps in the sequence numbers whose samples have not come", "test_gaps_are_bounded_without_samples")  # fmt: skip
 CATCH_UP_RATIO = _constant("CATCH_UP_RATIO", 0.5, "periods", 0.1, 1.0,
     "A shorter interval shows that delayed samples catch up", "ablation")  # fmt: skip
 CATCH_UP_HOLD = _constant("CATCH_UP_HOLD", 1000, "samples", 100, 10_000,
@@ -74,20 +76,18 @@ HOLD_OFF_EXPONENT = _constant("HOLD_OFF_EXPONENT", 6, "1", 2, 12,
     "The hold-off before a loss shrinks with this power of the share of mere delays", "ablation")  # fmt: skip
 
 # Sequential test between stamp and sample clock
-TRACKER_TIME = _constant("TRACKER_TIME", 0.03, "s", 0.01, 0.1,
-    "Time constant of the alpha-beta trackers: shorter than the motion, longer than the jitter", "ablation")  # fmt: skip
-TRACKER_GAP = _constant("TRACKER_GAP", 5.0, "time constants", 2.0, 20.0,
-    "After a longer interval the velocity of the tracker is void", "test_a_change_of_the_sample_rate_is_not_a_delay")  # fmt: skip
-TRACKER_MIN_STEP = _constant("TRACKER_MIN_STEP", 1e-4, "s", 1e-5, 1e-3,
-    "Bounds the velocity gain for samples that arrive together", "test_instants_are_strictly_increasing_and_never_after_their_stamps")  # fmt: skip
-LLR_CAP = _constant("LLR_CAP", 10.0, "standard deviations", 3.0, 30.0,
-    "Bounds the log-likelihood ratio of one sample against outliers", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
-LLR_CAP_SAMPLES = _constant("LLR_CAP_SAMPLES", 10.0, "samples", 3.0, 30.0,
-    "The standard deviation behind the cap is estimated from at least as many samples", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
-LLR_DECAY = _constant("LLR_DECAY", 5e-4, "1 per sample", 1e-4, 1e-2,
-    "Exponential fading of the evidence: the load of the host varies", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
-DECISION_GATE = _constant("DECISION_GATE", 4.0, "standard deviations", 2.0, 8.0,
-    "Evidence at which the sequential test decides for clock or stamp", "docs/decisions/0006-timestamps.md, test_estimates_from_delayed_stamps_are_accurate_and_consistent")  # fmt: skip
+MAX_RUN_NS = _constant("MAX_RUN_NS", 100e6, "ns", 20e6, 500e6,
+    "Longer runs of delayed samples are no evidence: the motion is not uniform", "ablation")  # fmt: skip
+RESIDUAL_RUNS = _constant("RESIDUAL_RUNS", 20.0, "runs", 5.0, 100.0,
+    "Memory of the mean square residual of a sample", "ablation")  # fmt: skip
+MIN_RESIDUAL = _constant("MIN_RESIDUAL", 1e-7, "m", 1e-9, 1e-5,
+    "Bounds the root mean square residual where the encoder has no noise", "keeps the likelihood ratio finite")  # fmt: skip
+LLR_CAP = _constant("LLR_CAP", 2.0, "nat", 0.5, 8.0,
+    "Bounds the log likelihood ratio of one run, whose residuals are correlated", "ablation")  # fmt: skip
+LLR_RUNS = _constant("LLR_RUNS", 200.0, "runs", 50.0, 1000.0,
+    "Exponential fading of the evidence: the load of the host varies", "ablation")  # fmt: skip
+DECISION_LLR = _constant("DECISION_LLR", 8.0, "nat", 4.0, 20.0,
+    "Log likelihood ratio that decides for clock or stamps: at least four runs", "ablation")  # fmt: skip
 MIN_RELOCKS = _constant("MIN_RELOCKS", 2, "1", 1, 10,
     "Re-locks that select the clock while the motion gives no evidence", "ablation")  # fmt: skip
 
