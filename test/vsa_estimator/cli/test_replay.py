@@ -272,6 +272,19 @@ def test_a_truncated_message_is_reported_in_one_line(tmp_path, capsys, length):
     assert (error.count("\n"), "transmission_1/force: a message ends too early" in error) == (1, True)
 
 
+def test_truncated_sequence_numbers_are_reported_in_one_line(tmp_path, capsys):
+    recording = bags.Recording(tmp_path / "cut")
+    recording.add("/vsa/transmission_1/capture_counters", "vsa_msgs/msg/CaptureCounters")
+    for topic, kind in (("force", "geometry_msgs/msg/WrenchStamped"), ("encoder", "sensor_msgs/msg/JointState")):
+        recording.add(f"/vsa/transmission_1/{topic}", kind)
+    recording.write("/vsa/transmission_1/capture_counters", 1, b"\0\1\0\0" + bytes(9))
+    recording.close()
+    assert main([str(tmp_path / "cut"), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "capture_counters: a message ends too early" in error
+
+
 def test_a_parameter_file_overrides_the_defaults(tmp_path):
     (tmp_path / "mine.yaml").write_text(
         "/**/estimator_2:\n  ros__parameters:\n    filter_rate: 50.0\n    initial:\n      k2: 165.6\n"

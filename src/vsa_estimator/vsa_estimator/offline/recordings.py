@@ -156,8 +156,12 @@ class _Decoder:
         return pair_all(sensors, stamps, values, TOLERANCE_NS, WINDOW_NS)
 
     def _add_counters(self, data: bytes) -> None:
-        for column, more in zip(self._counted, read_counters(data), strict=True):
-            column += more
+        try:
+            stamps_ns, sequence = read_counters(data)
+        except (struct.error, IndexError) as error:
+            raise RecordingError(f"{self._path}: capture_counters: a message ends too early: {error}") from error
+        self._counted[0].extend(stamps_ns)
+        self._counted[1].extend(sequence)
 
     def lost_before(self, stamp_ns: NDArray[np.int64]) -> NDArray[np.int64] | None:
         """Samples lost before each of the stamps (n,) [ns], by the gaps in the sequence numbers; None without them."""
