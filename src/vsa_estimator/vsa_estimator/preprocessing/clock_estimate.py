@@ -16,6 +16,7 @@ from vsa_estimator.preprocessing.records import CLOCK
 from vsa_estimator.tuning.preprocessing import (
     CATCH_UP_HOLD,
     CATCH_UP_RATIO,
+    COUNTED_LOOP_WINDOW,
     INTEGER_TOLERANCE,
     IRREGULAR_RECOVERY,
     JITTER_GATE,
@@ -136,7 +137,8 @@ def correct_phase(clock: Any, delay: float) -> None:
         clock["instant_ns"] += max(0.0, min_delay[1] + clock["advance_ns"])
         period = clock["period_ns"] + (LOCKED_GAIN if locked else 1.0) * drift / (0.5 * window)
         clock["period_ns"] = max(period, MIN_PERIOD_RATIO * clock["period_ns"])
-    clock["window"] = min(2.0 * window, MAX_LOOP_WINDOW) if locked else max(0.5 * window, MIN_LOOP_WINDOW)
+    longest = COUNTED_LOOP_WINDOW if clock["is_counted"] else MAX_LOOP_WINDOW
+    clock["window"] = min(2.0 * window, longest) if locked else max(0.5 * window, MIN_LOOP_WINDOW)
     begin_window(clock)
 
 

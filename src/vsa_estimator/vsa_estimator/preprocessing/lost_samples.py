@@ -1,8 +1,7 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Sample periods between two stamps, by the samples that the driver counts as lost, and by the stamps.
+"""Sample periods between two stamps, by the samples that the driver counts as lost, or by the stamps alone.
 
-By the stamps, delayed samples catch up and lost samples leave a constant lag. Where the driver counts, only those are
-lost that are no gap in its sequence numbers, on the way to the estimator: a long delay is no loss.
+By the stamps, delayed samples catch up and lost samples leave a constant lag.
 """
 
 from typing import Any
@@ -40,11 +39,13 @@ def elapsed_periods(clock: Any, stamp_ns: int, step: float) -> float:
         clock["catch_up_hold"] = CATCH_UP_HOLD
     elif clock["catch_up_hold"] > 0:
         clock["catch_up_hold"] -= 1
-    elif not clock["is_counted"] and step > 1.5 * period and abs(gap - whole) < tolerance:
+    elif step > 1.5 * period and not clock["is_counted"] and abs(gap - whole) < tolerance:
         relock(clock)
         return float(whole)
-    passed = min(np.floor(gap + MAX_JITTER), 1.0 + clock["lost"])  # zero or less where earlier ones were miscounted
-    clock["lost"] = 0
+    if clock["is_counted"]:
+        passed, clock["lost"] = min(1.0 + clock["lost"], max(whole, 1.0)), 0  # no more than the elapsed time permits
+        return float(passed)
+    passed = min(np.floor(gap + MAX_JITTER), 1.0)  # zero or less where earlier periods were miscounted
     delay = gap - passed
     lag = np.rint(delay)
     on_grid = abs(delay - lag) < INTEGER_TOLERANCE and (lag == 0.0 or lag == clock["lag"])
@@ -66,13 +67,12 @@ def lost_samples(clock: Any, delay: float, step: float) -> float:
     clock["delayed_run"] += 1
     clock["min_delay"] = min(MIN_DELAY_GROWTH * clock["min_delay"], delay)
     hold_off = (1.0 - clock["loss_rate"]) ** HOLD_OFF_EXPONENT
-    is_long = clock["delayed_run"] > LOSS_RUN and not clock["is_counted"]
     lost = 0.0
     if clock["same_lag_run"] >= LOSS_RUN + OFF_GRID_LOSS_RUN * clock["off_grid_share"] * hold_off:
         lost = clock["lag"]
     elif step > CATCH_UP_RATIO * period and (
         clock["delayed_run"] * period > MAX_DELAYED_NS * hold_off
-        or (is_long and clock["min_delay"] * period > MAX_DELAY_NS * hold_off)
+        or (clock["delayed_run"] > LOSS_RUN and clock["min_delay"] * period > MAX_DELAY_NS * hold_off)
     ):
         lost = np.rint(clock["min_delay"])
     if lost > 0.0:

@@ -40,6 +40,7 @@ def preprocess(state: NDArray[Any], stamp_ns: int, force: float, deflection: flo
     now = state[0]
     outcome = validate(now["validation"], stamp_ns, force, deflection)
     if outcome != ACCEPT:
+        now["timestamps"]["clock"]["lost"] += 1  # used where the driver counts
         return outcome, 0, 0, 0
     decimator = now["decimator"]
     instant_ns = corrected_stamp(now["timestamps"], stamp_ns, deflection)

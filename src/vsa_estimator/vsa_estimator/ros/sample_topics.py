@@ -31,15 +31,14 @@ class SampleTopics:
         self._pairing = Pairing(*_windows(config))
 
     def subscribe(self, node: Node) -> list[Subscription]:
-        """Subscribe `node` to the topics."""
-        name = self._config.transmission
-        qos = RELIABLE if self._config.reliability == "reliable" else BEST_EFFORT
+        """Subscribe `node` to the topics: to the sequence numbers where no sample is lost after they are given."""
+        name, reliable = self._config.transmission, self._config.reliability == "reliable"
+        topics = [(CaptureCounters, "capture_counters", self._on_counters)] if reliable else []
+        topics += [(WrenchStamped, "force", self._on_force), (JointState, "encoder", self._on_encoder)]
+        qos = RELIABLE if reliable else BEST_EFFORT
         return [
-            node.create_subscription(
-                CaptureCounters, f"{name}/capture_counters", self._on_counters, RELIABLE, raw=True
-            ),
-            node.create_subscription(WrenchStamped, f"{name}/force", self._on_force, qos, raw=True),
-            node.create_subscription(JointState, f"{name}/encoder", self._on_encoder, qos, raw=True),
+            node.create_subscription(kind, f"{name}/{topic}", callback, qos, raw=True)
+            for kind, topic, callback in topics
         ]
 
     def reconfigure(self, config: NodeConfig) -> None:
