@@ -192,6 +192,8 @@ def test_a_lost_sensor_stops_the_motors(armed):
     assert "transmission_1" in result.message
     armed.quiet()
     armed.harness.spin(4.0)  # the failure ends
+    # At rest the estimator may stay suspended; the tests that follow need a transmission that is not.
+    assert answer_of(armed.node, armed.until, Trigger, "estimator_1/reset", Trigger.Request()).success
 
 
 def test_an_active_controller_is_not_disturbed(armed):
