@@ -8,10 +8,10 @@ import pytest
 from vsa_estimator.fault_detection.encoder_step import OffsetHypothesis
 
 
-def rejections(offsets, deflections, residual=0.0):
+def rejections(offsets, deflections, residual=0.0, discontinuity=math.nan):
     hypothesis = OffsetHypothesis()
     for offset, deflection in zip(offsets, deflections, strict=True):
-        hypothesis.reject(deflection, offset, residual)
+        hypothesis.reject(deflection, offset, residual, discontinuity)
     return hypothesis
 
 
@@ -50,6 +50,12 @@ def test_the_growing_offset_of_a_stuck_encoder_is_not_confirmed():
 def test_growing_offsets_are_an_onset_of_motion():
     assert rejections([1e-4, 2e-4, 4e-4], moving(3)).is_motion_onset
     assert not rejections([1e-3, 1e-3, 1e-3], moving(3)).is_motion_onset
+
+
+def test_half_of_a_step_is_within_one_change_between_samples():
+    assert rejections([1e-3] * 3, moving(3), discontinuity=0.6e-3).is_discontinuous
+    assert not rejections([1e-3] * 3, moving(3), discontinuity=0.4e-3).is_discontinuous
+    assert not OffsetHypothesis().is_discontinuous
 
 
 def test_an_offset_repeats_the_rejected_ones_from_half_of_their_size_on():

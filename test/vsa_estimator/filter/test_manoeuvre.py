@@ -46,7 +46,7 @@ def test_growing_offsets_are_a_motion_onset_and_constant_ones_an_encoder_step(of
     hypothesis = OffsetHypothesis()
     for offset in offsets:
         assert not hypothesis.is_motion_onset
-        hypothesis.reject(0.01 + 1e-4 * offset, 1e-4 * offset, 0.0)
+        hypothesis.reject(0.01 + 1e-4 * offset, 1e-4 * offset, 0.0, 0.0)
     assert hypothesis.is_motion_onset == onset
 
 

@@ -25,7 +25,7 @@ def blocks_of(stamps, deflections, forces, rate=100.0, usable=None):
 def test_samples_at_the_filter_s_rate_pass_unchanged():
     stamps = [10 * MS * k for k in range(1, 20)]
     blocks, decimator = blocks_of(stamps, [0.01] * 19, [30.0] * 19)
-    assert blocks[1:] == [Decimated(stamp, 0.01, 30.0, 1, 1) for stamp in stamps[2:]]
+    assert blocks[1:] == [Decimated(stamp, 0.01, 30.0, 1, 1, 0.0, 0.0) for stamp in stamps[2:]]
     assert not is_decimating(decimator["period_ns"], decimator["span_ns"])
 
 
@@ -38,6 +38,16 @@ def test_fast_samples_are_averaged_over_a_period_of_the_filter():
         assert block.samples == block.forces == 10
         assert block.deflection == pytest.approx(1e-4 * block.stamp_ns / MS, abs=1e-4)
         assert block.force == pytest.approx(30.0 + 1e4 * block.deflection, abs=1e-9)
+
+
+def test_a_block_has_the_greatest_and_the_least_change_between_its_samples_and_from_the_block_before():
+    k = np.arange(1, 101)
+    deflections = 1e-5 * k + np.where(k > 50, 3e-4, 0.0)
+    blocks, _ = blocks_of((k * MS).tolist(), deflections.tolist(), [30.0] * 100)
+    steps = [block for block in blocks[1:] if block.max_increment > 2e-5]
+    assert [(block.max_increment, block.min_increment) for block in steps] == [pytest.approx((3.1e-4, 1e-5))]
+    rest = [block for block in blocks[1:] if block not in steps]
+    assert all((block.max_increment, block.min_increment) == pytest.approx((1e-5, 1e-5)) for block in rest)
 
 
 def test_unusable_forces_do_not_enter_the_mean():

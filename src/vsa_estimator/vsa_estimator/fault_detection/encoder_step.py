@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vsa_estimator.tuning.fault_detection import (
+    DISCONTINUITY_SHARE,
     FORCE_SUPPORT_SHARE,
     MAX_SCATTER,
     MIN_COUNT,
@@ -20,6 +21,7 @@ class Rejection(NamedTuple):
     offset: float  # from the predicted position [m]
     force_residual: float  # change of the residual at the predicted position [N]; NaN for no force
     deflection: float  # [m]
+    discontinuity: float  # range of its changes between samples [m]
 
 
 class OffsetHypothesis:
@@ -29,9 +31,9 @@ class OffsetHypothesis:
         """No rejection."""
         self._rejected: list[Rejection] = []
 
-    def reject(self, deflection: float, offset: float, force_residual: float) -> None:
-        """Add a rejected deflection [m], its offset [m] from the prediction, the change of the residual [N] or NaN."""
-        self._rejected.append(Rejection(offset, force_residual, deflection))
+    def reject(self, deflection: float, offset: float, force_residual: float, discontinuity: float) -> None:
+        """Add a rejected deflection [m] with the values of `Rejection`."""
+        self._rejected.append(Rejection(offset, force_residual, deflection, discontinuity))
 
     def clear(self) -> None:
         """Drop all rejections: a deflection was accepted, or the motion has a gap."""
@@ -58,6 +60,11 @@ class OffsetHypothesis:
             return False
         first, last = self._rejected[1], self._rejected[-1]
         return abs(last.offset - first.offset) < max(abs(last.deflection - first.deflection), scatter)
+
+    @property
+    def is_discontinuous(self) -> bool:
+        """Whether the first offset is within one change between samples: a step; a motion is spread over several."""
+        return bool(self._rejected) and self._rejected[0].discontinuity > DISCONTINUITY_SHARE * abs(self.size)
 
     @property
     def size(self) -> float:

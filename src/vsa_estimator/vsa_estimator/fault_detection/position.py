@@ -30,6 +30,7 @@ class PositionMonitor:
         self._accepted_ns = 0
         self._accepted: tuple[Array, float] | None = None  # motion (3,) and force [N] at the last accepted deflection
         self._timing_suspect_ns = 0
+        self._increments = math.nan, math.nan  # greatest and least change between samples of the last block [m]
 
     def restart(self, instant_ns: int) -> None:
         """Begin anew at a position that is accepted at `instant_ns` [ns]."""
@@ -49,17 +50,18 @@ class PositionMonitor:
         self, tracker: Tracker, jerk: JerkDensity, block: Decimated, variance: float, initialized: bool
     ) -> PositionUpdate:
         """Update the filter by the deflection of a block with this noise `variance` [m^2]."""
+        discontinuity = self._discontinuity(block)
         offset = block.deflection - tracker.position
         repeated = initialized and self._offsets.is_repeated(offset)
         if not repeated and tracker.update_deflection(block.deflection, variance):
             return self._accept(tracker, block)
-        self._offsets.reject(block.deflection, offset, self._change_of_residual(tracker, block))
+        self._offsets.reject(block.deflection, offset, self._change_of_residual(tracker, block), discontinuity)
         since = (block.stamp_ns - self._accepted_ns) * 1e-9
         onset = self._offsets.is_motion_onset
         if onset:
             jerk.detect_manoeuvre(tracker.deflection_nis)
             tracker.inflate_for_acceleration(offset, since)
-        moved = onset or (repeated and not self._supported_by_force(tracker))
+        moved = onset or (repeated and not self._is_step(tracker))
         if moved and tracker.update_deflection(block.deflection, variance):
             return self._accept(tracker, block)
         confirmed = repeated and self._offsets.is_confirmed
@@ -68,8 +70,8 @@ class PositionMonitor:
         return PositionUpdate.REJECTED
 
     def encoder_step(self, tracker: Tracker) -> bool:
-        """Whether the rejected deflections are an encoder step: they agree, and the force supports the prediction."""
-        return self._offsets.is_confirmed and self._supported_by_force(tracker)
+        """Whether the rejected deflections are an encoder step, and agree on its size."""
+        return self._offsets.is_confirmed and self._is_step(tracker)
 
     @property
     def step_size(self) -> float:
@@ -100,8 +102,18 @@ class PositionMonitor:
         z[:3] = motion
         return residual - (force - tracker.predicted_force(z))
 
-    def _supported_by_force(self, tracker: Tracker) -> bool:
-        """Whether the force agrees with the predicted position, and not with the offset."""
+    def _discontinuity(self, block: Decimated) -> float:
+        """Range of the changes between samples, of a block and the one before [m]; NaN for the first block.
+
+        A step is within one change, which exceeds the others by its size; a motion is spread over all of them.
+        """
+        before, self._increments = self._increments, (block.max_increment, block.min_increment)
+        return max(before[0], block.max_increment) - min(before[1], block.min_increment)
+
+    def _is_step(self, tracker: Tracker) -> bool:
+        """Whether the encoder has stepped: within one sample, and the force agrees with the predicted position."""
+        if not self._offsets.is_discontinuous:
+            return False
         moved = tracker.z.copy()
         moved[Z.X] += self._offsets.size
         return self._offsets.supported_by_force(tracker.predicted_force(moved) - tracker.predicted_force(tracker.z))

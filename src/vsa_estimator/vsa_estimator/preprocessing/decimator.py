@@ -25,12 +25,16 @@ class Decimated(NamedTuple):
     force: float  # of the same samples; 0 without a usable one [N]
     samples: int
     forces: int  # as `samples`; 0 without a usable force
+    max_increment: float  # greatest change of the deflection from one sample to the next [m]
+    min_increment: float  # least such change [m]
 
 
 def initial_decimator(rate: float) -> NDArray[Any]:
     """(1,) DECIMATOR before the first sample; `rate` of the filter [Hz]."""
     state = np.zeros(1, DECIMATOR)
     state["span_ns"] = BLOCK_SPAN * 1e9 / rate
+    for increment in ("last_deflection", "max_increment", "min_increment"):
+        state[increment] = np.nan
     return state
 
 
@@ -66,6 +70,8 @@ def add_sample(
         clear_block(decimator)
     if not decimator["first_stamp_ns"]:
         decimator["first_stamp_ns"] = stamp_ns
+    if deflection_usable:
+        update_increments(decimator, deflection)
     is_pair = deflection_usable and force_usable
     if is_pair and decimator["forces"] == 0:
         clear_sums(decimator)
@@ -96,6 +102,15 @@ def update_period(decimator: Any, step: int) -> None:
 
 
 @compiled
+def update_increments(decimator: Any, deflection: float) -> None:
+    """Greatest and least change of the deflection [m] from one sample of the block to the next."""
+    increment = deflection - decimator["last_deflection"]
+    decimator["last_deflection"] = deflection
+    decimator["max_increment"] = np.fmax(decimator["max_increment"], increment)
+    decimator["min_increment"] = np.fmin(decimator["min_increment"], increment)
+
+
+@compiled
 def finish_block(decimator: Any, index: int) -> None:
     """Store the mean of the collected samples as finished block `index`."""
     block = decimator["finished"][index]
@@ -105,6 +120,7 @@ def finish_block(decimator: Any, index: int) -> None:
     block["force"] = decimator["force_sum"] / forces if forces else 0.0
     block["samples"] = samples
     block["forces"] = forces
+    block["max_increment"], block["min_increment"] = decimator["max_increment"], decimator["min_increment"]
     clear_block(decimator)
 
 
@@ -112,6 +128,7 @@ def finish_block(decimator: Any, index: int) -> None:
 def clear_block(decimator: Any) -> None:
     """Begin a new block."""
     decimator["first_stamp_ns"] = 0
+    decimator["max_increment"] = decimator["min_increment"] = np.nan
     clear_sums(decimator)
 
 

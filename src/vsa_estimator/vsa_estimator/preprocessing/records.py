@@ -102,6 +102,7 @@ OUTLIER = np.dtype([
 # Fields and order of `decimator.Decimated`.
 DECIMATED = np.dtype([
     ("stamp_ns", "i8"), ("deflection", "f8"), ("force", "f8"), ("samples", "i8"), ("forces", "i8"),
+    ("max_increment", "f8"), ("min_increment", "f8"),
 ])  # fmt: skip
 
 DECIMATOR = np.dtype([
@@ -111,6 +112,8 @@ DECIMATOR = np.dtype([
     ("offset_sum_ns", "i8"),  # from the first stamp
     ("deflection_sum", "f8"), ("force_sum", "f8"),  # [m, N]
     ("samples", "i8"), ("forces", "i8"),
+    ("last_deflection", "f8"),  # [m]; NaN before the first sample, like the next two
+    ("max_increment", "f8"), ("min_increment", "f8"),  # of the block, between successive samples [m]
     ("finished", DECIMATED, (2,)),  # by the last sample
 ])  # fmt: skip
 

@@ -75,6 +75,8 @@ MIN_COUNT = _constant("MIN_COUNT", 6, "samples", 3, 20,
     "rejected offsets that confirm a step: a noisy or stuck encoder gives fewer alike", "docs/decisions/0008-encoder-step.md, test_six_offsets_alike_confirm_a_step")  # fmt: skip
 MAX_SCATTER = _constant("MAX_SCATTER", 0.25, "1", 0.05, 1.0,
     "standard deviation of the offsets over the step", "test_offsets_that_scatter_by_a_quarter_of_the_step_are_not_confirmed")  # fmt: skip
+DISCONTINUITY_SHARE = _constant("DISCONTINUITY_SHARE", 0.5, "1", 0.1, 1.0,
+    "share of an encoder step that is within one change between samples; the offset's size is uncertain by the prediction", "test_a_motion_is_spread_over_samples_and_a_step_is_within_one")  # fmt: skip
 FORCE_SUPPORT_SHARE = _constant("FORCE_SUPPORT_SHARE", 0.5, "1", 0.1, 1.0,
     "share of the elastic force of a motion below which the force supports the expected position", "test_the_force_supports_the_expected_position_unless_it_has_changed_by_half_of_the_elastic_force")  # fmt: skip
 
