@@ -14,6 +14,7 @@ from std_srvs.srv import SetBool, Trigger
 from vsa_common.ros.node import RELIABLE
 from vsa_common.ros.subprocesses import executable
 from vsa_msgs.action import Excite
+from vsa_msgs.msg import EstimatorState
 from vsa_msgs.srv import InjectFailure
 from vsa_simulator.rig.config import SecondTransmissionConfig, TransmissionConfig
 from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
@@ -39,9 +40,10 @@ class Lab:
 
     def __init__(self, harness, environment):
         self.harness, self.node, self.environment = harness, harness.node, environment
-        self.commands, self.motors = [], []
+        self.commands, self.motors, self.states = [], [], []
         self.node.create_subscription(JointState, "motor_commands", self.commands.append, RELIABLE)
         self.node.create_subscription(JointState, "motor_states", self.motors.append, RELIABLE)
+        self.node.create_subscription(EstimatorState, "transmission_1/estimator_state", self.states.append, RELIABLE)
         self.publisher = self.node.create_publisher(JointState, "motor_commands", RELIABLE)
         self.client = ActionClient(self.node, Excite, "excitation/excite")
         self.feedback = []
@@ -191,9 +193,8 @@ def test_a_lost_sensor_stops_the_motors(armed):
     assert result.message.startswith("stopped after")
     assert "transmission_1" in result.message
     armed.quiet()
-    armed.harness.spin(4.0)  # the failure ends
-    # At rest the estimator may stay suspended; the tests that follow need a transmission that is not.
-    assert answer_of(armed.node, armed.until, Trigger, "estimator_1/reset", Trigger.Request()).success
+    armed.states.clear()
+    armed.until(lambda: armed.states and armed.states[-1].status == EstimatorState.STATUS_VALID)  # at rest
 
 
 def test_an_active_controller_is_not_disturbed(armed):

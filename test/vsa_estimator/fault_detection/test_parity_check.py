@@ -21,7 +21,8 @@ def mean_of_noise(rng, share, half=5, rows=12):
     noise = 4000.0 * (position[2 * half :] - position[: -2 * half]) / (2 * half / RATE)
     time, first = np.arange(rows) / RATE, round((1.0 - share) * rows)
     window = (rows - 0.5) / RATE
-    return mean_residual(time[first:], noise[first:], np.ones(rows - first, bool), time, 0.0, window, 2 * half)
+    moving, span = np.ones(rows - first, bool), (window, time[-1])
+    return mean_residual(time[first:], noise[first:], moving, time, 0.0, span, 2 * half)
 
 
 def test_the_mean_of_a_part_of_a_window_has_no_more_noise_than_that_of_the_whole():
@@ -125,6 +126,52 @@ def test_rows_about_rejected_deflections_are_not_usable():
     assert excluded.min() == pytest.approx(1.5 - 0.02 - 0.04)
     assert excluded.max() == pytest.approx(1.5 + 0.02 + 0.04)
     assert len(excluded) == 13
+
+
+def usable_forces(change):
+    """Whether each force of a motion is usable, after `change` of the array of forces."""
+    t, x, v, a = motion(0.5)
+    force = model_force(x, v, a)
+    change(force)
+    usable, *_ = residuals(np.array([t, x, force, np.zeros(t.size)]), MEAN, REFERENCE, 0.04)
+    return np.isin(t[2:-2], usable)
+
+
+def test_a_single_outlier_of_the_force_is_no_evidence_and_two_are():
+    def set_force(at):
+        def change(force):
+            force[at] = 0.0
+
+        return change
+
+    assert np.flatnonzero(~usable_forces(set_force([150]))).tolist() == [148]
+    assert usable_forces(set_force([150, 151])).all()
+
+
+def test_the_first_force_of_a_stuck_sensor_is_no_evidence():
+    def change(force):
+        force[150], force[151:] = 0.0, np.nan  # repeated forces are excluded from updates
+
+    usable = usable_forces(change)
+    assert usable[:148].all()
+    assert not usable[148:].any()
+
+
+def test_forces_at_half_the_rate_of_the_encoder_are_usable():
+    def change(force):
+        force[1::2] = np.nan
+
+    usable = usable_forces(change)
+    assert usable[::2].all()
+
+
+def test_a_mean_residual_ends_with_the_forces():
+    t, x, force = at_rest(5.0)
+    parity = check(force, x, t)
+    assert parity.exceeds_threshold
+    for time in t[:50]:
+        parity.add((t[-1] + 0.01 + time, x[0], np.nan), NOISE**2, False)
+    assert not parity.exceeds_threshold
 
 
 def passing(parity, residual, begin, speed, seconds=2.0):

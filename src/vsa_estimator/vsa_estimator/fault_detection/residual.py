@@ -50,13 +50,28 @@ def residuals(
         speed_error = 0.25 * baseline * least_a
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
         excluded[i] |= after_rejection[i : i + 2 * half + 1].any()
-        usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline
+        usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline and is_confirmed(force, i + half)
         moving[i] = abs(v) > MOVING_SPEED
         motion[0, i], motion[1, i], motion[2, i] = x, v, a
     time = time[half : half + count]
     finite = time[usable]
     exclude_neighbours(usable, excluded, 2 * half)
     return time[usable], residual[usable], sigma[usable], moving[usable], motion[:, usable], finite
+
+
+@compiled
+def is_confirmed(force: Array, i: int) -> bool:
+    """Whether force i is no single outlier: within MAX_DAMPER_ERROR [N] of the range of the forces before and after.
+
+    NaN is no force. One without a force before and after is not confirmed.
+    """
+    before, after = i - 1, i + 1
+    while before > 0 and np.isnan(force[before]):
+        before -= 1
+    while after < force.size - 1 and np.isnan(force[after]):
+        after += 1
+    low, high = np.fmin(force[before], force[after]), np.fmax(force[before], force[after])
+    return bool(low - MAX_DAMPER_ERROR < force[i] < high + MAX_DAMPER_ERROR)
 
 
 @compiled
@@ -101,9 +116,9 @@ def exclude_neighbours(usable: Booleans, excluded: Booleans, width: int) -> None
 
 @compiled
 def mean_residual(
-    time: Array, residual: Array, moving: Booleans, finite: Array, friction: float, window: float, lag: int
+    time: Array, residual: Array, moving: Booleans, finite: Array, friction: float, span: tuple[float, float], lag: int
 ) -> tuple[int, float]:
-    """First row in the last `window` [s], -1 for too few rows, and their mean [N].
+    """First row in `span`, of a window [s] up to an end [s], -1 for too few rows, and their mean [N].
 
     At rest a residual counts by what exceeds `friction` [N]. `finite` are the times of all finite residuals. The noise
     of n velocity differences over `lag` rows telescopes: that of their mean is as sqrt(min(n, lag)) / n. The mean of
@@ -111,9 +126,10 @@ def mean_residual(
     """
     if time.size == 0:
         return -1, 0.0
-    begin = finite[-1] - window
+    window, end = span
+    begin = end - window
     first = int(np.searchsorted(time, begin))
-    whole = finite.size - np.searchsorted(finite, begin)
+    whole = finite.size - int(np.searchsorted(finite, begin))
     count = time.size - first
     if count < max(3.0, MIN_COVERAGE * whole) or time[-1] - time[first] <= 0.8 * window - 2.0 * EVALUATION_PERIOD:
         return -1, 0.0
@@ -153,9 +169,11 @@ def evaluate_windows(
     Where there are too few rows the mean is NaN, and the standard deviation stays.
     """
     time, residual, _, moving, motion, finite = residuals(rows, mean, reference, baseline)
-    friction, lag = STICTION_RATIO * mean[C_D0], 2 * half_baseline(rows[0], baseline)
+    half, friction = half_baseline(rows[0], baseline), STICTION_RATIO * mean[C_D0]
+    end = rows[0, -1 - half]  # of the rows that have a velocity
     for index in range(len(WINDOWS)):
-        first, average = mean_residual(time, residual, moving, finite, friction, WINDOWS[index], lag)
+        span = WINDOWS[index], end
+        first, average = mean_residual(time, residual, moving, finite, friction, span, 2 * half)
         means[index] = np.nan
         if first >= 0:
             means[index] = average

@@ -22,7 +22,7 @@ VELOCITY_STD = _constant("VELOCITY_STD", 0.14e-3, "m/s", 0.05e-3, 0.5e-3,
 PEAK_SPEED_MARGIN = _constant("PEAK_SPEED_MARGIN", 0.85, "1", 0.4, 1.0,
     "share of v* up to which a mean speed determines the damper force", "ablation")  # fmt: skip
 MAX_DAMPER_ERROR = _constant("MAX_DAMPER_ERROR", 2.0, "N", 0.5, 8.0,
-    "damper force error by acceleration within the baseline, above which the residual is excluded", "ablation")  # fmt: skip
+    "error of a residual by acceleration within the baseline, or as a single outlier, above which it is excluded", "ablation")  # fmt: skip
 MOVING_SPEED = _constant("MOVING_SPEED", 0.25e-3, "m/s", 5e-5, 1e-3,
     "speed below which friction may take any value up to the Coulomb force", "ablation")  # fmt: skip
 STICTION_RATIO = _constant("STICTION_RATIO", 1.3, "1", 0.5, 3.0,
