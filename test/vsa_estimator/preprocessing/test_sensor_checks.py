@@ -7,6 +7,7 @@ from vsa_estimator.preprocessing.pipeline import Pipeline, preprocess
 from vsa_estimator.preprocessing.sensor_checks import check_burst, initial_checks, update_noise
 from vsa_estimator.preprocessing.sensor_flags import SensorFlag
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.preprocessing import SLEW_MEMORY
 
 STD, HIGH_SLEW = 0.017, 10.0  # N, standard deviations a sample
 VIBRATION = 0.25  # N
@@ -14,8 +15,8 @@ MS = 1_000_000
 
 
 def noise_ratios(force, beyond_peak_speed=False):
-    noise = initial_checks()[0]["force_noise"]
-    return [update_noise(noise, float(value), STD, HIGH_SLEW * STD, beyond_peak_speed) for value in force]
+    noise, slew = initial_checks()[0]["force_noise"], (HIGH_SLEW * STD, 0.002 / SLEW_MEMORY)
+    return [update_noise(noise, float(value), STD, slew, beyond_peak_speed) for value in force]
 
 
 def vibration(count, slope=0.0):
@@ -43,6 +44,27 @@ def test_residual_vibration_after_a_motion_of_high_slew_rate_is_tolerated_until_
     assert max(noise_ratios(swept)) == 1.0
     long_after = np.concatenate([swept, 30.0 + vibration(600)])
     assert max(noise_ratios(long_after)) > 3.0
+
+
+@pytest.mark.parametrize("rate_hz", [100, 500, 1000])
+def test_a_noisy_force_after_a_fast_motion_is_detected_in_the_same_time_at_any_rate(rate_hz):
+    t = np.arange(5 * rate_hz) / rate_hz
+    noise = np.random.default_rng(1).normal(0.0, 1.0, t.size)
+    force = 30.0 + 100.0 * np.clip(t, 0.0, 0.1) + np.where(t < 0.2, 1.0, 10.0) * STD * noise
+    noisy = np.array(flags_of(force, 0.01 + 1e-5 * noise, 1000 * MS // rate_hz)) & SensorFlag.FORCE_NOISY > 0
+    assert not noisy[t < 0.2].any()
+    assert 0.2 < t[noisy.argmax()] < 2.5
+
+
+@pytest.mark.parametrize("rate_hz", [100, 500, 1000])
+def test_a_noisy_encoder_after_a_fast_motion_is_detected_within_25_samples(rate_hz):
+    t = np.arange(5 * rate_hz) / rate_hz
+    deflection = 0.01 + 0.030 * np.clip(t, 0.0, 0.1)  # 30 mm/s, then a rest
+    noise = np.random.default_rng(1).normal(0.0, 1.0, t.size)
+    deflection += np.where(t < 0.2, 1e-5, 1e-4) * noise
+    noisy = np.array(flags_of(30.0 + 1e-9 * t, deflection, 1000 * MS // rate_hz)) & SensorFlag.ENCODER_NOISY > 0
+    assert not noisy[t < 0.2].any()
+    assert 0.2 < t[noisy.argmax()] < 0.2 + 25 / rate_hz
 
 
 @pytest.mark.parametrize("beyond_peak_speed", [False, True])

@@ -22,7 +22,6 @@ from vsa_estimator.preprocessing.validation import ACCEPT, initial_validation, v
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.preprocessing import (
     FRICTION_BOUND,
-    HIGH_SLEW_DEFLECTION,
     HIGH_SLEW_FORCE,
     STUCK_DEFLECTION_NOISE,
     STUCK_DEFLECTION_STEPS,
@@ -149,7 +148,6 @@ def _limits(config: EstimatorConfig) -> NDArray[Any]:
     limits = np.zeros(1, LIMITS)
     limits["force_std"], limits["deflection_std"] = config.force_noise_std, config.deflection_std
     limits["high_slew_force"] = HIGH_SLEW_FORCE * config.force_noise_std
-    limits["high_slew_deflection"] = HIGH_SLEW_DEFLECTION * config.deflection_std
     limits["force_change"] = STUCK_FORCE_NOISE * config.force_noise_std + STUCK_FORCE_FRICTION * friction
     limits["deflection_change"] = (
         STUCK_DEFLECTION_NOISE * config.deflection_noise_std + STUCK_DEFLECTION_STEPS * config.deflection_resolution

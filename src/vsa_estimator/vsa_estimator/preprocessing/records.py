@@ -61,7 +61,7 @@ TIMESTAMPS = np.dtype([
 # Configured limits of the sensor checks.
 LIMITS = np.dtype([
     ("force_std", "f8"), ("deflection_std", "f8"),  # of the white noise [N, m]
-    ("high_slew_force", "f8"), ("high_slew_deflection", "f8"),  # slopes that leave residual vibration [N, m a sample]
+    ("high_slew_force", "f8"),  # slope that leaves residual vibration [N a sample]
     ("force_change", "f8"), ("deflection_change", "f8"),  # that prove the other sensor stuck [N, m]
     ("force_limit", "f8"), ("deflection_limit", "f8"),  # of saturation [N, m]
 ])  # fmt: skip

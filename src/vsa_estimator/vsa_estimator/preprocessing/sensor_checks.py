@@ -27,7 +27,7 @@ from vsa_estimator.tuning.preprocessing import (
     RUN_LENGTH_WINDOW,
     SEVERE_NOISE_RATIO,
     SLEW_INTERVAL_NS,
-    SLOPE_DECAY,
+    SLEW_MEMORY,
     STUCK_ENCODER_TIME,
     STUCK_FORCE_TIME,
     SUSPECT_TIME_NS,
@@ -38,6 +38,8 @@ from vsa_estimator.tuning.preprocessing import (
     VIBRATION_AMPLITUDE,
     VIBRATION_END,
 )
+
+NO_VIBRATION = math.inf, 0.0  # of the encoder: that of the rod is below 5 um where it causes 1.3 N
 
 
 def initial_checks() -> NDArray[Any]:
@@ -133,12 +135,11 @@ def check_noise(
     checks: Any, limits: Any, force: float, deflection: float, beyond_peak_speed: bool, period_ns: float
 ) -> int:
     """Flags of the variance-ratio tests of both sensors."""
-    flags, interval = 0, max(1.0, period_ns / SLEW_INTERVAL_NS)
-    slew = interval * limits["high_slew_force"]
+    flags, interval, decay = 0, max(1.0, period_ns / SLEW_INTERVAL_NS), 1e-9 * period_ns / SLEW_MEMORY
+    slew = interval * limits["high_slew_force"], decay
     if update_noise(checks["force_noise"], force, limits["force_std"], slew, beyond_peak_speed) > 1.0:
         flags |= SensorFlag.FORCE_NOISY.value
-    slew = interval * limits["high_slew_deflection"]
-    ratio = update_noise(checks["encoder_noise"], deflection, limits["deflection_std"], slew, False)
+    ratio = update_noise(checks["encoder_noise"], deflection, limits["deflection_std"], NO_VIBRATION, False)
     if ratio > 1.0:
         flags |= SensorFlag.ENCODER_NOISY.value
     if ratio > SEVERE_NOISE_RATIO:
@@ -147,14 +148,15 @@ def check_noise(
 
 
 @compiled
-def update_noise(noise: Any, value: float, std: float, high_slew: float, beyond_peak_speed: bool) -> float:
+def update_noise(noise: Any, value: float, std: float, slew: tuple[float, float], beyond_peak_speed: bool) -> float:
     """Variance-ratio test: standard deviation of a sensor's white noise relative to `std`, 1 unless it is noisy.
 
     Consecutive second differences of white noise have the covariance -4 std^2; those of a smooth motion have a
-    positive one. Beyond v* nothing damps the rod: after a motion of slope `high_slew` per sample, or while it is
-    `beyond_peak_speed`, it vibrates with its tendon. The threshold allows for this residual vibration.
-    `noise`: a NOISE record.
+    positive one. Beyond v* nothing damps the rod: after a motion of a high slope, or while it is `beyond_peak_speed`,
+    it vibrates with its tendon. The threshold allows for this residual vibration. `slew`: the high slope per sample,
+    and the share by which the steepest slope decays in a sample. `noise`: a NOISE record.
     """
+    high_slew, decay = slew
     last, steepest = noise["last"], noise["steepest"]
     difference = value - 2.0 * last + noise["before_last"]
     vibrates = beyond_peak_speed or steepest > (VIBRATION_END if noise["is_vibrating"] else 1.0) * high_slew
@@ -167,7 +169,7 @@ def update_noise(noise: Any, value: float, std: float, high_slew: float, beyond_
     if np.isnan(product):
         return 1.0
     noise["slope"] += (value - last - noise["slope"]) / VARIANCE_WINDOW
-    noise["steepest"] = max(abs(noise["slope"]), steepest * (1.0 - SLOPE_DECAY / VARIANCE_WINDOW))
+    noise["steepest"] = max(abs(noise["slope"]), steepest * (1.0 - decay))
     exceeds = 1.0 if product > VARIANCE_GATE else 0.0
     noise["exceedance_share"] += (exceeds - noise["exceedance_share"]) / VARIANCE_WINDOW
     ratio = min(max(product, 0.0), VARIANCE_RATIO_CAP)

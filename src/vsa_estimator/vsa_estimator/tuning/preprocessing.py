@@ -139,12 +139,10 @@ UNDAMPED_SLEW = _constant("UNDAMPED_SLEW", 2.0, "high slew rates", 1.0, 8.0,
     "docs/decisions/0015-vibration.md, test_vibration_beyond_the_peak_speed_is_tolerated_and_below_it_is_noise")  # fmt: skip
 VIBRATION_END = _constant("VIBRATION_END", 0.25, "1", 0.05, 1.0,
     "Share of the high slew rate below which the residual vibration has decayed", "test_residual_vibration_after_a_motion_of_high_slew_rate_is_tolerated_until_it_has_decayed")  # fmt: skip
-SLOPE_DECAY = _constant("SLOPE_DECAY", 0.05, "1", 0.01, 0.2,
-    "Decay of the steepest slope within one variance window", "ablation")  # fmt: skip
+SLEW_MEMORY = _constant("SLEW_MEMORY", 0.8, "s", 0.2, 4.0,
+    "Memory of the steepest slope: the residual vibration decays in time, at any sample rate", "ablation")  # fmt: skip
 HIGH_SLEW_FORCE = _constant("HIGH_SLEW_FORCE", 10.0, "standard deviations per sample", 2.0, 40.0,
     "Slope of the force that leaves residual vibration", "ablation")  # fmt: skip
-HIGH_SLEW_DEFLECTION = _constant("HIGH_SLEW_DEFLECTION", 3.0, "standard deviations per sample", 1.0, 12.0,
-    "Slope of the deflection that leaves residual vibration", "ablation")  # fmt: skip
 SLEW_INTERVAL_NS = _constant("SLEW_INTERVAL_NS", 2e6, "ns", 0.5e6, 10e6,
     "High slew rates are per sample, but per this interval where samples are slower", "ablation")  # fmt: skip
 
