@@ -95,6 +95,21 @@ def test_an_onset_is_stated_until_the_faster_motion_is_that_of_the_window():
     assert not any(onsets[600:])
 
 
+def test_a_start_from_rest_is_an_onset_until_the_motion_has_settled():
+    at, steps = 100, round(ONSET_TIME / DT)
+    measured = 0.010 + 2e-3 * DT * np.maximum(np.arange(200) - at, 0)  # 2 mm/s
+    motion, record, onsets = EncoderMotion(), np.zeros(1, ENCODER), []
+    motion.restart(measured[0], VARIANCE)
+    for deflection in measured[1:]:
+        motion.add(DT, deflection, VARIANCE)
+        motion.write(record)
+        onsets.append(motion.is_onset)
+    first = onsets.index(True)
+    assert at <= first < at + 10
+    assert all(onsets[first : first + steps])
+    assert not any(onsets[first + 5 * steps :])
+
+
 def test_a_restart_keeps_the_density():
     _, measured = white_snap(0.1, 1000, seed=6)
     motion, record = EncoderMotion(), np.zeros(1, ENCODER)

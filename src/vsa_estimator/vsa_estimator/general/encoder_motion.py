@@ -9,8 +9,14 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.filter.process_noise import maximum_likelihood
 from vsa_estimator.general.prediction import add_snap_noise
-from vsa_estimator.general.records import MOTION, Record
-from vsa_estimator.tuning.filter import BANK_NIS_CAP, INITIAL_ACCELERATION_STD, INITIAL_SPEED_STD
+from vsa_estimator.general.records import MOTION, Record, V
+from vsa_estimator.tuning.filter import (
+    BANK_NIS_CAP,
+    INITIAL_ACCELERATION_STD,
+    INITIAL_SPEED_STD,
+    STATIONARY_SPEED,
+    STATIONARY_TIME,
+)
 from vsa_estimator.tuning.general import (
     DENSITY_WINDOW,
     DENSITY_WINDOWS,
@@ -58,7 +64,7 @@ class EncoderMotion:
 
     At the onset of a faster motion that of the last ONSET_TIME is higher and significantly more likely: it is used at
     once, since a motion that lags gives a force with a wrong gradient (generalised likelihood ratio; Willsky and Jones,
-    1976).
+    1976). A start from rest is an onset in any case: the density is that of the rest until it is detected.
     """
 
     def __init__(self) -> None:
@@ -70,7 +76,8 @@ class EncoderMotion:
         self._best = CANDIDATES.size // 2
         self._density = float(CANDIDATES[self._best])
         self._elapsed = 0.0
-        self.is_onset = False  # whether a faster motion has just begun
+        self.is_onset = False  # whether a faster motion, or one after a rest, has just begun
+        self._since_motion, self._since_start = 0.0, math.inf  # time since the last motion and start from rest [s]
 
     def restart(self, deflection: float, variance: float) -> None:
         """Begin at a deflection [m] of this variance [m^2]: at the first sample and after a gap."""
@@ -84,9 +91,18 @@ class EncoderMotion:
         measurement = np.array([dt, deflection, variance])
         advance_encoder(self._means, self._covariances, self._likelihood, self._recent_likelihood, measurement)
         self._elapsed += dt
+        self._follow_rest(dt)
         if self._elapsed >= DENSITY_WINDOW:
             self._elapsed = 0.0
             self._refresh()
+
+    def _follow_rest(self, dt: float) -> None:
+        """Time since the last motion, and since the last start from rest, after a step of dt [s]."""
+        speed, variance = self._means[self._best, V], self._covariances[self._best, V, V]
+        moves = abs(speed) > STATIONARY_SPEED + 3.0 * math.sqrt(max(variance, 0.0))
+        starts = moves and self._since_motion >= STATIONARY_TIME
+        self._since_start = 0.0 if starts else self._since_start + dt
+        self._since_motion = 0.0 if moves else self._since_motion + dt
 
     def _refresh(self) -> None:
         """Close a window; the density maximises the likelihood, by a parabola through three candidates."""
@@ -100,7 +116,8 @@ class EncoderMotion:
         """Write motion, covariance and density into `encoder`, (1,) ENCODER."""
         used, density, recent = self._best, self._density, self._recent_likelihood
         top = int(np.argmax(recent))
-        self.is_onset = bool(top > used and recent[top] - recent[used] > ONSET_EVIDENCE)
-        if self.is_onset:
+        is_faster = bool(top > used and recent[top] - recent[used] > ONSET_EVIDENCE)
+        self.is_onset = is_faster or self._since_start < ONSET_TIME
+        if is_faster:
             used, density = top, max(density, SNAP_SCALE * float(CANDIDATES[top]))
         encoder["mean"], encoder["covariance"], encoder["density"] = self._means[used], self._covariances[used], density
