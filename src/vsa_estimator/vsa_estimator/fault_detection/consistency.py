@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
-from vsa_estimator.fault_detection.parity_check import ParityCheck
-from vsa_estimator.fault_detection.residual import Coefficients
+from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import C
 from vsa_estimator.modes import Event, ModeMachine
@@ -135,8 +134,6 @@ class ConsistencyMonitor:
 
     def _nominal(self, tracker: Tracker, modes: ModeMachine, time: float) -> Decision:
         if self._parity.is_insensitive:
-            if self._parity.is_consistent:
-                self._parity.accept_travel()
             self._parity.replace(_present(tracker))
         elif self._parity.exceeds_threshold:
             decision = self.suspend(tracker, modes)

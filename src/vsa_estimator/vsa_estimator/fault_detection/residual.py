@@ -1,8 +1,6 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parity residuals: measured force less the force of eq. (6) with given coefficients on the encoder's motion."""
 
-from typing import NamedTuple
-
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array, Booleans
@@ -22,14 +20,6 @@ from vsa_estimator.tuning.fault_detection import (
 from vsa_estimator.tuning.force_law import COULOMB_SPEED
 
 DECISION_WINDOW = 1  # index in WINDOWS of the one that ends a fault
-
-
-class Coefficients(NamedTuple):
-    """Coefficients [s k2 d1 d2 M F0 d0] (7,) with covariance (7, 7), and the position at which s holds [m]."""
-
-    mean: Array
-    covariance: Array
-    reference: float
 
 
 @compiled
