@@ -14,13 +14,13 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
 from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
-from vsa_estimator.general.encoder_motion import EncoderMotion
+from vsa_estimator.general.encoder_motion import EncoderMotion, is_moving
 from vsa_estimator.general.impedance import mixture
 from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
 from vsa_estimator.general.prediction import add_shift_noise, predict_member
 from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, L, Record, V, X
 from vsa_estimator.settings import Initial
-from vsa_estimator.tuning.filter import STATIONARY_SPEED, STATIONARY_TIME
+from vsa_estimator.tuning.filter import STATIONARY_TIME
 from vsa_estimator.tuning.general import (
     MAX_EVIDENCE,
     MIN_GROWTH,
@@ -40,7 +40,7 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
         reset_motion(member, step["encoder"])
     one["innovation"] = one["innovation_variance"] = 0.0
     one["gain"][:] = 0.0
-    moves = abs(one["mean"][V]) > STATIONARY_SPEED + 3.0 * math.sqrt(max(one["covariance"][V, V], 0.0))
+    moves = is_moving(one["mean"][V], one["covariance"][V, V])
     one["time_since_motion"] = 0.0 if moves else one["time_since_motion"] + now["dt"]
     if np.isnan(now["force"]) or one["time_since_motion"] >= STATIONARY_TIME:
         return

@@ -59,6 +59,12 @@ def advance_encoder(
         covariances[c] = p - np.outer(gain, p[0])
 
 
+@compiled
+def is_moving(speed: float, variance: float) -> bool:
+    """Whether a speed [m/s] of this variance [m^2/s^2] is significantly above STATIONARY_SPEED."""
+    return bool(abs(speed) > STATIONARY_SPEED + 3.0 * math.sqrt(max(variance, 0.0)))
+
+
 class EncoderMotion:
     """Running estimate of the motion and of its snap density: the most likely one of the last windows.
 
@@ -98,8 +104,7 @@ class EncoderMotion:
 
     def _follow_rest(self, dt: float) -> None:
         """Time since the last motion, and since the last start from rest, after a step of dt [s]."""
-        speed, variance = self._means[self._best, V], self._covariances[self._best, V, V]
-        moves = abs(speed) > STATIONARY_SPEED + 3.0 * math.sqrt(max(variance, 0.0))
+        moves = is_moving(self._means[self._best, V], self._covariances[self._best, V, V])
         starts = moves and self._since_motion >= STATIONARY_TIME
         self._since_start = 0.0 if starts else self._since_start + dt
         self._since_motion = 0.0 if moves else self._since_motion + dt
