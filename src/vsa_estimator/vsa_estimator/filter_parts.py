@@ -8,8 +8,8 @@ from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, C
 from vsa_estimator.fault_detection.counters import Counters
 from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
 from vsa_estimator.fault_detection.latch import FaultLatch
-from vsa_estimator.fault_detection.parity_check import Coefficients
 from vsa_estimator.fault_detection.position import PositionMonitor
+from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.adaptation import NoiseAdaptation
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.initialization.hand_over import HandOver

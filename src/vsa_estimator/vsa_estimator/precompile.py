@@ -3,7 +3,8 @@
 
 import numpy as np
 from vsa_common.accel import ACCELERATED
-from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
+from vsa_estimator.fault_detection.parity_check import ParityCheck
+from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.process_noise import JerkDensity

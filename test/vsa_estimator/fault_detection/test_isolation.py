@@ -31,3 +31,10 @@ def test_a_drift_is_no_constant_shift():
     sigma = 2600.0 * np.exp(K2 * 2e-3 * np.sin(np.linspace(0.0, 6.0, 250)))
     assert isolate(noisy(0.5 * np.linspace(1.0, 3.5, 250), rng), sigma, K2, LIMIT) is None
     assert 0.5 * 2.5 / np.sqrt(12.0) > MAX_RIPPLE * 0.065  # usual mean residual at 100 Hz; ripple of 0.5 N/s
+
+
+def test_another_law_over_a_short_travel_is_no_shift():
+    rng = np.random.default_rng(4)
+    sigma = 8000.0 * np.exp(K2 * np.linspace(-4e-4, 4e-4, 250))
+    assert isolate(noisy(np.full(250, 6.7), rng), sigma, K2, LIMIT).force == pytest.approx(6.7, rel=0.01)
+    assert isolate(noisy(6.7 - 0.045 * (sigma - sigma.mean()) / K2, rng), sigma, K2, LIMIT) is None

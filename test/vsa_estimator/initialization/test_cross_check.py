@@ -16,12 +16,15 @@ from vsa_estimator.tuning.filter import MAHALANOBIS_LIMIT
 
 @cache
 def fed(spoil=None):
-    """The estimator, without the bank, after 60 s; at 20 s, in mode TRACKING, `spoil` changes its tracker."""
+    """The estimator, without the bank, after 60 s; `spoil` changes its tracker at 14 s.
+
+    That is in mode TRACKING, and before the parity check is established: later it suspends such a filter first.
+    """
     recording = record(TRANSMISSION_1, MULTISINE, 60.0)
     estimator = Estimator(wrong_start(TRANSMISSION_1, elastic_law="exponential"))
     samples = zip(recording.stamp_ns.tolist(), recording.force.tolist(), recording.deflection.tolist(), strict=True)
     for index, sample in enumerate(samples):
-        if index == 2000 and spoil:
+        if index == 1400 and spoil:
             assert estimator._supervisor.modes.initialized
             spoil(estimator._supervisor.tracker)
         estimate = estimator.add(*sample)

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
-from vsa_estimator.fault_detection.parity_check import Coefficients, ParityCheck
+from vsa_estimator.fault_detection.parity_check import ParityCheck
+from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import C
 from vsa_estimator.modes import Event, ModeMachine
@@ -78,7 +79,7 @@ class ConsistencyMonitor:
     def is_consistent(self) -> bool:
         """Whether the sensors agree with a sensitive checkpoint: a large NIS is then the lag of the filter."""
         parity = self._parity
-        return parity.checkpoint is not None and not parity.is_insensitive and parity.is_consistent
+        return parity.checkpoint is not None and not parity.is_uncertain and parity.is_consistent
 
     def suspend(self, tracker: Tracker, modes: ModeMachine, interrupted: bool = False) -> Decision | None:
         """Decision to suspend updates and to restore the checkpoint; None if no checkpoint is established.
@@ -133,7 +134,9 @@ class ConsistencyMonitor:
         return self._suspended(tracker) if modes.suspended else self._nominal(tracker, modes, time)
 
     def _nominal(self, tracker: Tracker, modes: ModeMachine, time: float) -> Decision:
-        if self._parity.is_insensitive:
+        if self._parity.is_uncertain or self._parity.extrapolates:
+            if self._parity.is_consistent:
+                self._parity.extend_travel()
             self._parity.replace(_present(tracker))
         elif self._parity.exceeds_threshold:
             decision = self.suspend(tracker, modes)

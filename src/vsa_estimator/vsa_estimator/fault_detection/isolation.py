@@ -30,12 +30,16 @@ def isolate(residual: Array, sigma: Array, k2: float, limit: float) -> SensorShi
     """The hypothesis that leaves a ripple below `limit` [N], and LIKELIHOOD_MARGIN times less than its rival.
 
     A force offset leaves a constant residual [N] (n,), an encoder offset one in proportion to the stiffness [N/m] (n,).
+    Another transmission leaves both, with any factors: a shift that it explains LIKELIHOOD_MARGIN times better is none.
     `k2` [1/m].
     """
     offset = float(residual.mean())
     slope = float(residual @ sigma / (sigma @ sigma))  # -(1 - exp(-k2 dx)) / k2
     width = max(1, residual.size // 10)
     by_force, by_deflection = (_ripple(rest, width) for rest in (residual - offset, residual - slope * sigma))
+    change = sigma - sigma.mean()
+    share = float(residual @ change / (change @ change + 1e-300))
+    limit = min(limit, LIKELIHOOD_MARGIN * _ripple(residual - offset - share * change, width))
     if by_force < limit and by_force * LIKELIHOOD_MARGIN < by_deflection:
         return SensorShift(offset, 0.0, by_force)
     if by_deflection < limit and by_deflection * LIKELIHOOD_MARGIN < by_force and 1.0 + k2 * slope > 0.0:

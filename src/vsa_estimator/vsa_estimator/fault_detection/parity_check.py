@@ -8,12 +8,11 @@ telescopes: its mean over a window is the noise of two positions over the window
 
 import math
 from collections import deque
-from typing import NamedTuple
 
 import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.fault_detection.isolation import SensorShift, isolate
-from vsa_estimator.fault_detection.residual import DECISION_WINDOW, evaluate_windows, residuals
+from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients, evaluate_windows, residuals
 from vsa_estimator.fault_detection.row_buffer import RowBuffer
 from vsa_estimator.force_law.elastic import stiffness
 from vsa_estimator.force_law.state import C
@@ -44,14 +43,6 @@ from vsa_estimator.tuning.filter import EXCITATION_TIME_CONSTANT
 SCALE_MEMORY = round(EXCITATION_TIME_CONSTANT / EVALUATION_PERIOD)  # evaluations in the memory of the residual scale
 
 
-class Coefficients(NamedTuple):
-    """Coefficients [s k2 d1 d2 M F0 d0] (7,) with covariance (7, 7), and the position at which s holds [m]."""
-
-    mean: Array
-    covariance: Array
-    reference: float
-
-
 class ParityCheck:
     """Checkpointed coefficients, and the mean parity residuals of the recent steps against them."""
 
@@ -65,7 +56,7 @@ class ParityCheck:
         self._evaluated_at = 0.0
         self._means = np.full(len(WINDOWS), np.nan)  # NaN: too few rows
         self._model_stds = np.zeros(len(WINDOWS))  # of the model force by the coefficients' covariance [N]
-        self._travel = (math.inf, -math.inf)  # [m]
+        self._travel = (math.inf, -math.inf)  # in which sensors and checkpoint were consistent [m]
         self.begin_fault()
 
     def reset(self) -> None:
@@ -82,8 +73,8 @@ class ParityCheck:
     def keep(self, coefficients: Coefficients) -> None:
         """Add a checkpoint; the sensors are compared with the older one of two."""
         self._checkpoints.append(coefficients)
-        positions, (low, high) = self._rows.deflection.tolist(), self._travel
-        self._travel = min((low, *positions)), max((high, *positions))
+        if self._travel[0] > self._travel[1] and self._rows.deflection.size:
+            self.extend_travel()
 
     def replace(self, coefficients: Coefficients) -> None:
         """Make these coefficients the only checkpoint."""
@@ -115,12 +106,17 @@ class ParityCheck:
         return True
 
     @property
-    def is_insensitive(self) -> bool:
-        """Whether the checkpoint is too uncertain at this position to expose a fault."""
-        scale, (low, high) = math.sqrt(self._scale_squares[DECISION_WINDOW]), self._travel
+    def is_uncertain(self) -> bool:
+        """Whether the checkpoint is too uncertain to expose a fault."""
+        scale = math.sqrt(self._scale_squares[DECISION_WINDOW])
+        return self._model_stds[DECISION_WINDOW] > INSENSITIVE_RATIO * scale or scale > MAX_SCALE
+
+    @property
+    def extrapolates(self) -> bool:
+        """Whether the position is beyond the travel: there the covariance does not contain the error of the law."""
+        low, high = self._travel
         margin = EXTRAPOLATION_MARGIN / float(self._checkpoints[0].mean[C.K2])
-        uncertain = self._model_stds[DECISION_WINDOW] > INSENSITIVE_RATIO * scale or scale > MAX_SCALE
-        return uncertain or not low - margin < float(self._rows.deflection[-1]) < high + margin
+        return not low - margin < float(self._rows.deflection[-1]) < high + margin
 
     @property
     def no_evidence(self) -> bool:
@@ -214,12 +210,18 @@ class ParityCheck:
 
     def accept(self) -> None:
         """Adapt the residual scales to the present means, which are those of consistent sensors."""
+        self.extend_travel()
         self._scale_weight = min(self._scale_weight + 1, SCALE_MEMORY)
         for index, mean in enumerate(self._means.tolist()):
             if not math.isnan(mean):
                 scale = self._scale_squares[index]
                 scale += (min(mean * mean, SCALE_CAP * scale) - scale) / self._scale_weight
                 self._scale_squares[index] = max(scale, MIN_SCALE**2)
+
+    def extend_travel(self) -> None:
+        """Extend the travel by the recent deflections, where the sensors are consistent."""
+        positions, (low, high) = self._recent[1].tolist(), self._travel
+        self._travel = min((low, *positions)), max((high, *positions))
 
     def end_fault(self) -> None:
         """Drop the steps of a fault that has ended."""

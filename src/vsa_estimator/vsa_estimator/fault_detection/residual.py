@@ -1,6 +1,8 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parity residuals: measured force less the force of eq. (6) with given coefficients on the encoder's motion."""
 
+from typing import NamedTuple
+
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array, Booleans
@@ -20,6 +22,14 @@ from vsa_estimator.tuning.fault_detection import (
 from vsa_estimator.tuning.force_law import COULOMB_SPEED
 
 DECISION_WINDOW = 1  # index in WINDOWS of the one that ends a fault
+
+
+class Coefficients(NamedTuple):
+    """Coefficients [s k2 d1 d2 M F0 d0] (7,) with covariance (7, 7), and the position at which s holds [m]."""
+
+    mean: Array
+    covariance: Array
+    reference: float
 
 
 @compiled
@@ -51,7 +61,7 @@ def residuals(
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
         excluded[i] |= after_rejection[i : i + 2 * half + 1].any()
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline and is_confirmed(force, i + half)
-        moving[i] = abs(v) > MOVING_SPEED
+        moving[i] = moves(time, deflection, i, half)
         motion[0, i], motion[1, i], motion[2, i] = x, v, a
     time = time[half : half + count]
     finite = time[usable]
@@ -100,6 +110,22 @@ def differences(
         wide = deflection[i + 3 * half] - 2.0 * deflection[i + half] + deflection[i - half]
         least_a = min(least_a, abs(wide) / span**2)
     return x, v, a, least_a, span
+
+
+@compiled
+def moves(time: Array, deflection: Array, i: int, half: int) -> bool:
+    """Whether the rod moves before and after row i + half, by differences whose noise is not that of the row's own.
+
+    A selection by the row's own velocity would leave a bias in the mean of the residuals near the limit of rest.
+    """
+    neighbours = 0
+    for first in (i - half, i + half):
+        if first >= 0 and first + 2 * half < time.size:
+            neighbours += 1
+            change = abs(deflection[first + 2 * half] - deflection[first])
+            if change <= MOVING_SPEED * (time[first + 2 * half] - time[first]):
+                return False
+    return neighbours > 0
 
 
 @compiled

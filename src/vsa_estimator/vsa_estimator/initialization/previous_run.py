@@ -5,7 +5,7 @@ import numpy as np
 from vsa_common.config.configuration import ConfigurationError
 from vsa_common.types import Array
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, ConsistencyMonitor
-from vsa_estimator.fault_detection.parity_check import Coefficients
+from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.settings import Initial
