@@ -217,6 +217,17 @@ def test_another_transmission_is_detected_and_identified():
     assert estimate.k2 == pytest.approx(220.0, rel=0.01)
 
 
+def test_before_the_hand_over_the_initial_peak_speed_decides_whether_the_rod_vibrates():
+    recording = record(TRANSMISSION_1, (0.0105, ((1.5e-3, 1.3),)), 0.8)
+    estimator, beyond = Estimator(wrong_start(TRANSMISSION_1, elastic_law="exponential")), []
+    for sample in rows(recording):
+        estimator.add(*sample)
+        beyond.append(bool(estimator._pipeline.state["beyond_peak_speed"][0]))
+    assert not estimator._supervisor.modes.initialized
+    fast = np.abs(np.gradient(recording.deflection, 0.01)) > 6e-3
+    assert np.mean(np.array(beyond)[fast][5:]) > 0.8
+
+
 def test_uneven_stamps_and_lost_samples_keep_the_accuracy():
     rng = np.random.default_rng(3)
     t = np.cumsum(rng.uniform(0.005, 0.015, 3000))

@@ -185,9 +185,7 @@ class LawChoice:
             comparison.restart_test()
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
         comparison.add(elapsed, self._prediction, self.impedance, another)
-        if not laws.is_rich:
-            self.discrepancies = comparison.excesses
-        elif laws.is_adequate and self._replaces_filter:
+        if laws.is_rich and laws.is_adequate and self._replaces_filter:
             self.publishes_bank = True
         else:
             self.discrepancies = comparison.discrepancies(self.impedance, another)

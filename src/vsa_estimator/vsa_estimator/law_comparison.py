@@ -34,32 +34,26 @@ class Difference:
         """No difference yet."""
         self._weighted_nis = 0.0  # mean as `nis`, by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
-        self._excess = 0.0  # mean of the difference squared beyond the two variances [unit^2]
+        self.excess = 0.0  # last difference squared beyond the sum of the two variances [unit^2]
         self.nis = 1.0  # mean of the difference squared over the sum of the two variances
 
     def restart_test(self) -> None:
         """One of the two estimates is new: the next difference decides. The widening by small ones stays."""
         self.nis = min(self.nis, DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD)
-        self._excess = 0.0
 
     def add(self, gain: float, difference: float, variance: float, weight: float) -> None:
         """Update by a difference with the sum of the two variances; `weight` is the probability of another law."""
         square = difference * difference
         nis = min(square / variance, COMPARISON_CAP)
         self.nis += gain * (nis - self.nis)
-        self._excess += gain * (square - variance - self._excess)
+        self.excess = max(square - variance, 0.0)
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
         self._precision += gain * (1.0 / variance - self._precision)
 
     @property
-    def excess(self) -> float:
-        """Mean square of the difference beyond both variances [unit^2]."""
-        return max(self._excess, 0.0)
-
-    @property
-    def discrepancy(self) -> float:
-        """Mean square of the difference, weighted by its precision and by the probability of another law [unit^2]."""
-        return self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
+    def widening(self) -> float:
+        """Last excess or, where larger, the mean square by precision and probability of another law [unit^2]."""
+        return max(self.excess, self._weighted_nis / self._precision if self._precision > 0.0 else 0.0)
 
 
 class LawComparison:
@@ -77,17 +71,20 @@ class LawComparison:
     def add(self, dt: float, filtered: Record, impedance: Record, weight: float) -> None:
         """Compare a (1,) PREDICTION of the filter with the (1,) IMPEDANCE of the bank, dt [s] after the step before.
 
-        `weight` is the probability of another law than the exponential.
+        At the motion of the filter: that of the bank is another one at an onset. `weight` is the probability of another
+        law than the exponential.
         """
         one, other, gain = filtered[0], impedance[0], dt / COMPARISON_TIME
         self.filter_valid = one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2
-        difference = math.log(one["stiffness"]) - other["ln_stiffness"]
+        x, v, _ = other["motion"]
+        difference = math.log(one["stiffness"]) - other["ln_stiffness"] - other["slope"] * (one["deflection"] - x)
         variance = one["ln_stiffness_variance"] + other["ln_stiffness_variance"]
         if other["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2:
             self._stiffness.add(gain, float(difference), float(variance), weight)
         if _damping_observable(one, other):
             variance = one["damping_variance"] + other["damping_variance"]
-            self._damping.add(gain, float(one["damping"] - other["damping"]), float(variance), weight)
+            difference = one["damping"] - other["damping"] - other["damping_slope"] * (one["velocity"] - v)
+            self._damping.add(gain, float(difference), float(variance), weight)
 
     @property
     def exceeds_threshold(self) -> bool:
@@ -99,25 +96,21 @@ class LawComparison:
         self._stiffness.restart_test()
         self._damping.restart_test()
 
-    @property
-    def excesses(self) -> tuple[float, float]:
-        """Variances of ln stiffness and of the damping by which the differences exceed both intervals."""
-        return self._stiffness.excess, self._damping.excess
-
     def discrepancies(self, impedance: Record, weight: float) -> tuple[float, float]:
-        """Variances of ln stiffness and of the damping that the choice of the law leaves open in a consistent filter.
+        """Variances of ln stiffness and of the damping that the choice of the law leaves open in the filter.
 
-        By the differences, and by an error that the (1,) IMPEDANCE of the bank is too uncertain to show: its prior
-        variance is that under another law times `weight`, the probability of one. The bank's variance, that of a
-        mixture, is weighted already; its systematic error belongs to no law.
+        By the present difference beyond both intervals, by the mean difference, and by an error that the (1,) IMPEDANCE
+        of the bank is too uncertain to show: its prior variance is that under another law times `weight`, the
+        probability of one. The bank's variance, that of a mixture, is weighted already; its systematic error belongs to
+        no law.
         """
         of_bank = impedance[0]
         rest = float(of_bank["rest_damping"])
         stiffness = float(of_bank["ln_stiffness_variance"]) - STIFFNESS_BIAS**2
         damping = float(of_bank["damping_variance"]) - (DAMPING_BIAS * rest) ** 2
         return (
-            self._stiffness.discrepancy + _posterior(weight * LAW_DISCREPANCY_STD**2, stiffness),
-            self._damping.discrepancy + _posterior(weight * (DAMPING_DISCREPANCY_STD * rest) ** 2, damping),
+            self._stiffness.widening + _posterior(weight * LAW_DISCREPANCY_STD**2, stiffness),
+            self._damping.widening + _posterior(weight * (DAMPING_DISCREPANCY_STD * rest) ** 2, damping),
         )
 
 

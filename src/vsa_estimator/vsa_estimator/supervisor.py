@@ -142,10 +142,11 @@ class Supervisor(FilterParts):
 
     @property
     def _is_beyond_peak_speed(self) -> bool:
-        """Whether the rod is near or beyond v*: by the filter, and by the bank where that replaces it."""
-        if self.modes.initialized and not self.modes.general:
-            return self.tracker.beyond_peak_speed
-        return bool(self.laws.impedance["beyond_peak"][0] > MAX_BEYOND_PEAK)
+        """Whether the rod is near or beyond v*: by the filter, the bank, and until the hand-over by the initial v*."""
+        by_bank = bool(self.laws.impedance["beyond_peak"][0] > MAX_BEYOND_PEAK)
+        if self.modes.general:
+            return by_bank
+        return self.tracker.beyond_peak_speed or (by_bank and not self.modes.initialized)
 
     @property
     def _period(self) -> float:
