@@ -62,7 +62,7 @@ def test_a_short_difference_is_below_the_threshold():
 
 
 def test_the_discrepancy_is_the_mean_square_by_the_probability_of_another_law():
-    difference = 0.9 * np.sqrt(2.0 * VARIANCE)
+    difference = 1.5 * np.sqrt(2.0 * VARIANCE)
     for weight in (0.0, 0.3, 1.0):
         found = compared(filtered(), bank(ln_difference=difference), weight).discrepancies(bank(), 0.0)
         assert found == pytest.approx((weight * difference**2, 0.0), rel=1e-3, abs=1e-12)
@@ -103,16 +103,18 @@ def test_the_motion_of_the_bank_is_no_difference():
 
 
 @pytest.mark.parametrize("weight", [0.0, 0.4, 1.0])
-def test_the_excess_is_what_the_difference_has_beyond_both_variances(weight):
+def test_the_excess_is_what_the_difference_has_beyond_the_threshold(weight):
     difference, comparison = 0.1, compared(filtered(), bank(), weight)
     comparison.add(DT, filtered(), bank(ln_difference=difference), 0.0)
-    assert comparison.discrepancies(bank(), 0.0) == pytest.approx((difference**2 - 2.0 * VARIANCE, 0.0), rel=1e-3)
+    assert comparison.discrepancies(bank(), 0.0) == pytest.approx(
+        (difference**2 - DIFFERENCE_THRESHOLD**2 * 2.0 * VARIANCE, 0.0), rel=1e-6
+    )
     comparison.add(DT, filtered(), bank(), 0.0)
     assert comparison.discrepancies(bank(), 0.0)[0] < 1e-3 * difference**2
 
 
-def test_a_difference_within_both_variances_has_no_excess():
-    found = compared(filtered(), bank(ln_difference=np.sqrt(VARIANCE)), 0.0)
+def test_a_difference_within_the_threshold_has_no_excess():
+    found = compared(filtered(), bank(ln_difference=0.99 * DIFFERENCE_THRESHOLD * np.sqrt(2.0 * VARIANCE)), 0.0)
     assert found.discrepancies(bank(), 0.0) == (0.0, 0.0)
 
 

@@ -178,13 +178,13 @@ class LawChoice:
             self._keep(step_ns)
 
     def _compare(self, laws: LawSelection, tracker: Tracker, elapsed: float) -> None:
-        """Compare filter and bank `elapsed` [s] after the last step, and choose."""
+        """Compare filter and bank `elapsed` [s] after the last step, and choose; the means begin with a rich motion."""
         comparison, another = self._comparison, 1.0 - laws.bank.exponential_probability
         if laws.bank.repetitions != self._repetitions:
             self._repetitions = laws.bank.repetitions
             comparison.restart_test()
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
-        comparison.add(elapsed, self._prediction, self.impedance, another)
+        comparison.add(elapsed if laws.is_rich else 0.0, self._prediction, self.impedance, another)
         if laws.is_rich and laws.is_adequate and self._replaces_filter:
             self.publishes_bank = True
         else:

@@ -34,7 +34,7 @@ class Difference:
         """No difference yet."""
         self._weighted_nis = 0.0  # mean as `nis`, by the probability of another law
         self._precision = 0.0  # mean inverse variance [1/unit^2]
-        self.excess = 0.0  # last difference squared beyond the sum of the two variances [unit^2]
+        self.excess = 0.0  # last difference squared beyond the threshold [unit^2]
         self.nis = 1.0  # mean of the difference squared over the sum of the two variances
 
     def restart_test(self) -> None:
@@ -46,7 +46,7 @@ class Difference:
         square = difference * difference
         nis = min(square / variance, COMPARISON_CAP)
         self.nis += gain * (nis - self.nis)
-        self.excess = max(square - variance, 0.0)
+        self.excess = max(square - DIFFERENCE_THRESHOLD * DIFFERENCE_THRESHOLD * variance, 0.0)
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
         self._precision += gain * (1.0 / variance - self._precision)
 
