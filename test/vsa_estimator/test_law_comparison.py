@@ -104,13 +104,19 @@ def test_the_motion_of_the_bank_is_no_difference():
 
 @pytest.mark.parametrize("weight", [0.0, 0.4, 1.0])
 def test_the_excess_is_what_the_difference_has_beyond_the_threshold(weight):
-    difference, comparison = 0.1, compared(filtered(), bank(), weight)
+    difference, comparison = 0.04, compared(filtered(), bank(), weight)
     comparison.add(DT, filtered(), bank(ln_difference=difference), 0.0)
     assert comparison.discrepancies(bank(), 0.0) == pytest.approx(
         (difference**2 - DIFFERENCE_THRESHOLD**2 * 2.0 * VARIANCE, 0.0), rel=1e-6
     )
     comparison.add(DT, filtered(), bank(), 0.0)
     assert comparison.discrepancies(bank(), 0.0)[0] < 1e-3 * difference**2
+
+
+def test_the_excess_is_no_more_than_an_error_by_a_wrong_law():
+    comparison = LawComparison()
+    comparison.add(0.0, filtered(), bank(ln_difference=0.2), 1.0)
+    assert comparison.discrepancies(bank(), 0.0) == pytest.approx((LAW_DISCREPANCY_STD**2, 0.0))
 
 
 def test_a_difference_within_the_threshold_has_no_excess():

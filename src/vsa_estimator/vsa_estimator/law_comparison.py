@@ -50,10 +50,13 @@ class Difference:
         self._weighted_nis += gain * (weight * nis - self._weighted_nis)
         self._precision += gain * (1.0 / variance - self._precision)
 
-    @property
-    def widening(self) -> float:
-        """Last excess or, where larger, the mean square by precision and probability of another law [unit^2]."""
-        return max(self.excess, self._weighted_nis / self._precision if self._precision > 0.0 else 0.0)
+    def widening(self, prior: float) -> float:
+        """Last excess or, where larger, the mean square by precision and probability of another law [unit^2].
+
+        An excess above the `prior` variance of an error by a wrong law is one of the other estimate.
+        """
+        mean = self._weighted_nis / self._precision if self._precision > 0.0 else 0.0
+        return max(min(self.excess, prior), mean)
 
 
 class LawComparison:
@@ -108,9 +111,10 @@ class LawComparison:
         rest = float(of_bank["rest_damping"])
         stiffness = float(of_bank["ln_stiffness_variance"]) - STIFFNESS_BIAS**2
         damping = float(of_bank["damping_variance"]) - (DAMPING_BIAS * rest) ** 2
+        priors = LAW_DISCREPANCY_STD**2, (DAMPING_DISCREPANCY_STD * rest) ** 2
         return (
-            self._stiffness.widening + _posterior(weight * LAW_DISCREPANCY_STD**2, stiffness),
-            self._damping.widening + _posterior(weight * (DAMPING_DISCREPANCY_STD * rest) ** 2, damping),
+            self._stiffness.widening(priors[0]) + _posterior(weight * priors[0], stiffness),
+            self._damping.widening(priors[1]) + _posterior(weight * priors[1], damping),
         )
 
 
