@@ -61,7 +61,7 @@ def residuals(
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
         excluded[i] |= after_rejection[i : i + 2 * half + 1].any()
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline and is_confirmed(force, i + half)
-        moving[i] = moves(time, deflection, i, half)
+        moving[i] = abs(v) > MOVING_SPEED
         motion[0, i], motion[1, i], motion[2, i] = x, v, a
     time = time[half : half + count]
     finite = time[usable]
@@ -110,22 +110,6 @@ def differences(
         wide = deflection[i + 3 * half] - 2.0 * deflection[i + half] + deflection[i - half]
         least_a = min(least_a, abs(wide) / span**2)
     return x, v, a, least_a, span
-
-
-@compiled
-def moves(time: Array, deflection: Array, i: int, half: int) -> bool:
-    """Whether the rod moves before and after row i + half, by differences whose noise is not that of the row's own.
-
-    A selection by the row's own velocity would leave a bias in the mean of the residuals near the limit of rest.
-    """
-    neighbours = 0
-    for first in (i - half, i + half):
-        if first >= 0 and first + 2 * half < time.size:
-            neighbours += 1
-            change = abs(deflection[first + 2 * half] - deflection[first])
-            if change <= MOVING_SPEED * (time[first + 2 * half] - time[first]):
-                return False
-    return neighbours > 0
 
 
 @compiled
