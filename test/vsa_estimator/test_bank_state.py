@@ -23,6 +23,9 @@ def test_the_state_of_the_filter_contains_what_the_choice_of_the_law_leaves_open
     assert not wide.ln_stiffness_reference_valid
     added = np.subtract(wide.elastic_ln_stiffness_covariance, narrow.elastic_ln_stiffness_covariance)
     assert np.allclose(added, 1.0)
+    of_coefficients = np.subtract(wide.coefficient_covariance, narrow.coefficient_covariance)
+    assert of_coefficients[0] == pytest.approx(1.0)
+    assert np.count_nonzero(of_coefficients) == 1
 
 
 def test_a_bank_that_does_not_explain_the_force_leaves_the_interval_as_it_was():

@@ -161,6 +161,8 @@ def test_silence_is_stale_then_invalid_and_ends_by_itself(lab):
     lab.impedances.clear()
     lab.until(lambda: lab.impedances and lab.impedances[-1].status == TransmissionImpedance.STATUS_STALE)
     lab.until(lambda: not lab.impedances[-1].stiffness_valid)
+    lab.until(lambda: not lab.states[-1].deflection_valid)
+    assert not lab.states[-1].velocity_valid
     stamps = [nanoseconds(message.header.stamp) for message in lab.impedances]
     assert stamps == sorted(set(stamps))
     assert all(np.isfinite(message.stiffness) for message in lab.impedances)

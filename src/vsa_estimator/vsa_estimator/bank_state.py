@@ -16,7 +16,9 @@ def with_choice(state: State, laws: LawChoice) -> State:
         return with_bank(state, laws)
     added = laws.discrepancies[0]
     variance = state.ln_stiffness_reference_variance + added
+    first, *others = state.coefficient_covariance
     return state._replace(
+        coefficient_covariance=(first + added, *others),
         ln_stiffness_reference_variance=variance,
         ln_stiffness_reference_valid=state.ln_stiffness_reference_valid and variance < MAX_STIFFNESS_STD**2,
         elastic_ln_stiffness_covariance=tuple(entry + added for entry in state.elastic_ln_stiffness_covariance),
@@ -31,15 +33,18 @@ def with_bank(state: State, laws: LawChoice) -> State:
     now = {name: float(laws.impedance[0][name]) for name in SCALARS}
     elastic, variance = laws.elastic_law(), now["ln_stiffness_variance"]
     relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
+    valid = variance < MAX_STIFFNESS_STD**2
+    k2_valid = valid and relative < MAX_K2_STD
+    lines = tuple(line for line in state.observability if not (k2_valid and line.startswith("k2")))
     return state._replace(
         deflection_reference=state.deflection,
         ln_stiffness_reference=now["ln_stiffness"],
         ln_stiffness_reference_variance=variance,
-        ln_stiffness_reference_valid=variance < MAX_STIFFNESS_STD**2,
-        k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=state.k2_valid and relative < MAX_K2_STD,
+        ln_stiffness_reference_valid=valid,
+        k2=now["slope"], k2_variance=now["slope_variance"], k2_valid=k2_valid,
         d1=now["rest_damping"], d1_valid=False, d2=0.0, d2_variance=0.0, d2_valid=False,
         inertia_valid=False, force_offset=now["level"], force_offset_valid=False,
         coulomb_friction=now["coulomb"], coulomb_friction_valid=False,
-        observability=(f"law: {laws.description}; k2 is the local slope of ln stiffness", *state.observability),
+        observability=(f"law: {laws.description}; k2 is the local slope of ln stiffness", *lines),
         **(elastic.fields(state.elastic_law_valid) if elastic else {}),
     )  # fmt: skip

@@ -83,6 +83,7 @@ class FilterParts:
             self.laws.hold()
         if decision.shift is NO_SHIFT:
             return
+        self.hand_over.clear()  # its data are of before the shift
         if self.laws.is_held:
             self.laws.shift(decision.shift)
         else:  # the bank has data of the shift from before it was isolated

@@ -185,7 +185,7 @@ class LawChoice:
             comparison.restart_test()
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
         comparison.add(elapsed if laws.is_rich else 0.0, self._prediction, self.impedance, another)
-        if laws.is_rich and laws.is_adequate and self._replaces_filter:
+        if laws.is_comparable and self._replaces_filter:
             self.publishes_bank = True
         else:
             self.discrepancies = comparison.discrepancies(self.impedance, another)

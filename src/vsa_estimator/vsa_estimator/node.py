@@ -189,6 +189,8 @@ class EstimatorNode(SuiteNode[NodeConfig]):
         reason = NO_SAMPLES if estimate.status is Status.STALE else state.reason
         dropped = state.samples_dropped + self._topics.dropped + sum(self._stamp_check.counts.values())
         state = state._replace(status=estimate.status, samples_dropped=dropped, reason=reason)
+        if not estimate.velocity_valid:
+            state = state._replace(deflection_valid=False, velocity_valid=False, acceleration_valid=False)
         self._states.publish(self._state_writer.write(estimate.stamp_ns, state))
 
     def _on_watchdog(self) -> None:

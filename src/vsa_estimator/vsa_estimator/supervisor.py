@@ -199,6 +199,8 @@ class Supervisor(FilterParts):
         if new is None:
             return
         self.tracker.set_coefficients(new.mean, new.covariance)
+        if self.modes.initialized:
+            self.consistency.renew(self.tracker)
         if new.event is Event.HAND_OVER:
             self.tracker.set_stroke(*new.stroke)
         if new.event is not None:

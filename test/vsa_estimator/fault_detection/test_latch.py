@@ -36,3 +36,10 @@ def test_clear_ends_all_faults_and_keeps_the_counter():
     assert latch.active_faults(START_NS) == []
     assert latch.until_ns == 0
     assert latch.force_repeated == 1
+
+
+def test_faults_that_have_ended_need_no_memory():
+    latch = FaultLatch()
+    for k in range(1000):
+        latch.raise_fault(f"encoder step of {k} mm", START_NS + k * HOLD_NS)
+    assert len(latch._until_ns) == 1

@@ -4,9 +4,10 @@
 import numpy as np
 import pytest
 from vsa_estimator.fault_detection.parity_check import ParityCheck
-from vsa_estimator.fault_detection.residual import Coefficients, mean_residual, residuals
+from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients, mean_residual, residuals
+from vsa_estimator.fault_detection.travel import EVERYWHERE
 from vsa_estimator.force_law.elastic import elastic_force, stiffness
-from vsa_estimator.tuning.fault_detection import MAX_BASELINE, MIN_BASELINE, VELOCITY_STD
+from vsa_estimator.tuning.fault_detection import MAX_BASELINE, MIN_BASELINE, MOVING_SPEED, STICTION_RATIO, VELOCITY_STD
 
 RATE = 100.0
 K2 = 267.2
@@ -16,13 +17,13 @@ NOISE = 1e-5  # of the encoder [m]
 
 
 def mean_of_noise(rng, share, half=5, rows=12):
-    """Mean residual of velocity noise over the last `share` of a window of `rows`."""
+    """First row and mean residual of velocity noise over the last `share` of a window of `rows`."""
     position = 1e-5 * rng.standard_normal(rows + 2 * half)
     noise = 4000.0 * (position[2 * half :] - position[: -2 * half]) / (2 * half / RATE)
     time, first = np.arange(rows) / RATE, round((1.0 - share) * rows)
     window = (rows - 0.5) / RATE
     moving, span = np.ones(rows - first, bool), (window, time[-1])
-    return mean_residual(time[first:], noise[first:], moving, time, 0.0, span, 2 * half)
+    return mean_residual(time[first:], noise[first:], moving, time, span, 2 * half)[:2]
 
 
 def test_the_mean_of_a_part_of_a_window_has_no_more_noise_than_that_of_the_whole():
@@ -54,7 +55,8 @@ def test_a_short_baseline_has_a_small_error_by_jerk():
     t, x, v, a = motion(1.0)
     rows = np.array([t, x, model_force(x, v, a), np.zeros(t.size)])
     errors = {
-        baseline: np.sqrt(np.mean(residuals(rows, MEAN, REFERENCE, baseline)[1] ** 2)) for baseline in (0.1, 0.04)
+        baseline: np.sqrt(np.mean(residuals(rows, MEAN, REFERENCE, baseline, EVERYWHERE)[1] ** 2))
+        for baseline in (0.1, 0.04)
     }
     assert errors[0.04] < 0.3 * errors[0.1]
 
@@ -80,7 +82,7 @@ def test_the_threshold_of_each_window_has_the_model_error_of_its_own_steps(begin
     t = np.arange(300) / RATE
     x = REFERENCE + begin + (end - begin) * np.clip((t - 2.0) / 0.3, 0.0, 1.0)  # a tight and a soft rest
     parity = check(model_force(x, np.gradient(x, t), np.zeros(t.size)), x, t)
-    decision, longest = parity._model_stds[1:]
+    decision, longest = parity._windows[1, 1:]
     assert (longest if begin > end else decision) > 1.5 * (decision if begin > end else longest)
 
 
@@ -121,7 +123,7 @@ def test_rows_about_rejected_deflections_are_not_usable():
     after_rejection = np.zeros(t.size)
     after_rejection[150] = 1.0
     rows = np.array([t, x, model_force(x, v, a), after_rejection])
-    usable, *_, finite = residuals(rows, MEAN, REFERENCE, 0.04)
+    usable, *_, finite = residuals(rows, MEAN, REFERENCE, 0.04, EVERYWHERE)
     excluded = np.setdiff1d(finite, usable)
     assert excluded.min() == pytest.approx(1.5 - 0.02 - 0.04)
     assert excluded.max() == pytest.approx(1.5 + 0.02 + 0.04)
@@ -133,7 +135,7 @@ def usable_forces(change):
     t, x, v, a = motion(0.5)
     force = model_force(x, v, a)
     change(force)
-    usable, *_ = residuals(np.array([t, x, force, np.zeros(t.size)]), MEAN, REFERENCE, 0.04)
+    usable, *_ = residuals(np.array([t, x, force, np.zeros(t.size)]), MEAN, REFERENCE, 0.04, EVERYWHERE)
     return np.isin(t[2:-2], usable)
 
 
@@ -163,6 +165,19 @@ def test_forces_at_half_the_rate_of_the_encoder_are_usable():
 
     usable = usable_forces(change)
     assert usable[::2].all()
+
+
+@pytest.mark.parametrize("share", [0.8, 1.0, 1.2])
+def test_at_the_limit_of_rest_the_noise_of_the_velocity_is_no_fault(share):
+    rng, excess = np.random.default_rng(2), []
+    for _ in range(100):
+        t = np.arange(100) / RATE
+        x = REFERENCE + share * MOVING_SPEED * t
+        force = model_force(x, np.full(t.size, share * MOVING_SPEED), np.zeros(t.size))
+        parity = check(force, x + NOISE * rng.standard_normal(t.size), t)
+        excess.append(parity._normalized(DECISION_WINDOW))
+    assert np.mean(excess) < 0.05
+    assert max(excess) < 0.5
 
 
 def test_a_mean_residual_ends_with_the_forces():
@@ -205,8 +220,8 @@ def passing(parity, residual, begin, speed, seconds=2.0):
 
 def settled():
     """A check whose residual scale is that of a healthy motion, at the begin of a fault."""
-    t, x, force = at_rest(0.0)
-    parity = check(force, x, t)
+    t, x, v, a = motion(0.5)
+    parity = check(model_force(x, v, a), x, t)
     for _ in range(1000):
         parity.accept()
     parity.interrupt()
@@ -238,3 +253,48 @@ def test_a_transient_step_of_the_encoder_at_rest_is_no_other_law():
                 shows.append(parity.change_would_show())
     assert shows
     assert all(shows)
+
+
+def test_large_usual_residuals_become_small_again_with_those_of_a_healthy_motion():
+    t, x, v, a = motion(0.5)
+    parity = check(model_force(x, v, a), x, t)
+    parity._scale_squares = [1.0, 1.0, 1.0]
+    assert parity.is_insensitive
+    assert not parity.is_uncertain
+    for _ in range(1000):
+        parity.accept()
+    assert not parity.is_insensitive
+
+
+def test_a_rest_does_not_change_the_usual_residuals():
+    t, x, force = at_rest(0.2)
+    parity = check(force, x, t)
+    before = list(parity._scale_squares)
+    for _ in range(1000):
+        parity.accept()
+    assert parity._scale_squares == before
+
+
+@pytest.mark.parametrize("rate", [12.0, 30.0, 100.0])
+def test_a_slow_sensor_has_residuals_in_all_windows(rate):
+    t = np.arange(round(6.0 * rate)) / rate
+    x = REFERENCE + 1e-3 * np.sin(2.0 * np.pi * 0.1 * t)
+    parity = check(model_force(x, np.gradient(x, t), np.zeros(t.size)), x, t, noise=1e-7)
+    assert np.isfinite(parity._windows[0]).all()
+    assert parity.is_consistent
+
+
+def test_a_fault_that_stiction_may_balance_and_hide_would_not_show_at_rest():
+    size = 2.2 * STICTION_RATIO * MEAN[-1]
+    shows = {}
+    for share in (0.8, 2.0):
+        parity = settled()
+        t, x, v, a = motion(0.5)
+        for sample in zip((5.0 + t).tolist(), x.tolist(), (model_force(x, v, a) + share * size).tolist(), strict=True):
+            parity.add(sample, NOISE**2, False)
+        parity.measure_fault()
+        assert parity.fault_size[0] == pytest.approx(share * size, rel=0.1)
+        for time, deflection, force in zip(*at_rest(0.0), strict=True):
+            parity.add((9.0 + time, deflection, force), NOISE**2, False)
+        shows[share] = parity.fault_would_show(of_encoder=False)
+    assert shows == {0.8: False, 2.0: True}

@@ -85,3 +85,12 @@ def test_the_mahalanobis_distance_is_scale_invariant():
     scale = np.array([1e6, 1e-6])
     assert mahalanobis_square(error, covariance) == pytest.approx(expected)
     assert mahalanobis_square(scale * error, np.outer(scale, scale) * covariance) == pytest.approx(expected)
+
+
+def test_restored_coefficients_begin_a_new_window_of_innovations():
+    tracker = started()
+    for _ in range(400):
+        tracker._nis_test.add(10.0)
+    assert tracker.nis_test_failed
+    tracker.restore(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
+    assert not tracker.nis_test_failed

@@ -96,6 +96,17 @@ def test_after_a_gap_the_law_is_kept():
     assert bank.impedance[0]["ln_stiffness"] == pytest.approx(np.log(simulation.stiffness[-1]), abs=0.05)
 
 
+def test_after_a_gap_the_impedance_is_that_at_the_new_position():
+    simulation, recording = simulated("quadratic")
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording)
+    other = int(np.argmax(np.abs(recording.deflection - recording.deflection[-1])))
+    bank.interrupt(float(recording.deflection[other]), NOISE[1])
+    assert bank.impedance[0]["motion"][0] == pytest.approx(recording.deflection[other])
+    assert abs(np.log(simulation.stiffness[other] / simulation.stiffness[-1])) > 0.3
+    assert bank.impedance[0]["ln_stiffness"] == pytest.approx(np.log(simulation.stiffness[other]), abs=0.05)
+
+
 @pytest.mark.parametrize(("spring", "mode"), [("exponential", Mode.TRACKING), ("quadratic", Mode.GENERAL)])
 def test_the_estimator_changes_to_the_bank_only_where_the_law_is_refuted(spring, mode):
     simulation, recording = simulated(spring, 40.0)
@@ -119,6 +130,21 @@ def test_an_inconsistency_while_the_bank_is_published_is_one_of_the_law(spring, 
     monkeypatch.setattr(supervisor.consistency, "evaluate", lambda *_: decision)
     estimator.add_many(recording.stamp_ns[after], recording.force[after], recording.deflection[after])
     assert supervisor.modes.mode is mode
+
+
+def test_k2_of_the_bank_needs_no_travel_of_the_filter():
+    simulation, recording = simulated("quadratic", 40.0)
+    estimator = Estimator(EstimatorConfig(elastic_law="automatic"))
+    estimator.add_many(recording.stamp_ns, recording.force, recording.deflection)
+    tracker = estimator._supervisor.tracker
+    tracker.set_stroke(tracker.position, tracker.position)  # as after a gap
+    state = estimator.state()
+    assert estimator._supervisor.modes.general
+    assert state.k2_valid
+    slope = np.polyfit(simulation.deflection, np.log(simulation.stiffness), 4)
+    true = np.polyval(np.polyder(slope), state.deflection)
+    assert state.k2 == pytest.approx(true, rel=0.1)
+    assert not any(line.startswith("k2:") for line in state.observability)
 
 
 @pytest.mark.parametrize(("shift", "force_shift"), [(0.0, 0.0), (1.5e-3, 0.0), (0.0, 5.0)])

@@ -168,3 +168,10 @@ def test_a_restart_drops_the_data():
     assert laws.bank.force_nis is None
     assert laws.is_adequate
     assert not (laws.is_refuted or laws.is_confirmed or laws.has_failed)
+
+
+def test_a_confirmed_law_stays_confirmed_after_a_restart():
+    laws = LawSelection(Initial(), 100.0)
+    laws.is_confirmed = True
+    laws.restart()
+    assert laws.is_confirmed

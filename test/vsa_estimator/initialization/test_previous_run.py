@@ -114,6 +114,11 @@ def test_further_names_are_left_out_and_missing_ones_have_their_start_value():
     ("posterior", "text"),
     [
         (Posterior(("k2",), (250.0,), (4.0,)), "no ln_stiffness_reference"),
+        (
+            Posterior(NAMES[:2], (2600.0, 250.0), (0.01, 0.0, 0.0, 4.0)),
+            "ln_stiffness_reference 2600, not within -20 to 25",
+        ),
+        (Posterior(NAMES[:2], (8.0, 2.5), (0.01, 0.0, 0.0, 4.0)), "k2 2.5 1/m, less than 20"),
         (Posterior(NAMES[:2], (8.0, 250.0), (0.01, 1.0, 1.0, 4.0)), "not symmetric and positive semidefinite"),
         (Posterior(NAMES[:2], (8.0, 250.0), (0.01, 0.1, 0.0, 4.0)), "not symmetric and positive semidefinite"),
     ],

@@ -52,6 +52,12 @@ def test_a_second_node_adds_its_section_and_the_first_one_replaces_its_own(state
     assert not list(tmp_path.glob("*.part"))
 
 
+def test_another_law_than_the_exponential_one_has_no_coefficients(state):
+    other = state._replace(elastic_law="spline", elastic_deflection=(0.0, 1e-3, 2e-3))
+    with pytest.raises(ConfigurationError, match="the law is not exponential \\(spline\\)"):
+        coefficients_of_state(other)
+
+
 def test_another_file_is_not_replaced_and_one_without_coefficients_is_not_loaded(state, tmp_path):
     path = tmp_path / "my_rig.yaml"
     path.write_text("/**/estimator_1: {ros__parameters: {force_noise_std: 0.02}}\n")

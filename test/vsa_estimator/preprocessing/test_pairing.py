@@ -92,6 +92,21 @@ def test_a_time_reset_does_not_block_later_messages():
     assert [sample.stamp_ns for sample in pairing.add_encoder(10 * MS, 0.01)] == [10 * MS]
 
 
+@pytest.mark.parametrize("back", [2000, 5000])
+def test_a_clock_that_is_set_back_by_seconds_goes_on_with_the_next_messages(back):
+    pairing, out = Pairing(0, 100 * MS), []
+    for k in range(10_000, 10_100):
+        out += [*pairing.add_force(k * MS, 1.0), *pairing.add_encoder(k * MS, 0.01)]
+    pairing.add_force(10_100 * MS, 1.0)
+    pairing.add_force(10_101 * MS, 1.0)
+    pairing.add_encoder(10_101 * MS, 0.01)  # a pair that is later than a message without its partner
+    before = len(out)
+    for k in range(10_102 - back, 10_202 - back):
+        out += [*pairing.add_force(k * MS, 1.0), *pairing.add_encoder(k * MS, 0.01)]
+    assert [sample.stamp_ns for sample in out[before:]] == [k * MS for k in range(10_102 - back, 10_202 - back)]
+    assert pairing.dropped == 3
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("reordered", [False, True])
 def test_a_recording_is_paired_as_live_messages_are(seed, reordered):

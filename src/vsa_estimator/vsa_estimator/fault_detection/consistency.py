@@ -71,6 +71,10 @@ class ConsistencyMonitor:
         self._time_in_fault = 0.0
         self._parity.replace(_present(tracker))
 
+    def renew(self, tracker: Tracker) -> None:
+        """Make the present coefficients, less certain by a cross-check, the checkpoint."""
+        self._parity.replace(_present(tracker))
+
     def interrupt(self) -> None:
         """Drop the recent steps: the motion has a gap."""
         self._parity.interrupt()
@@ -79,7 +83,8 @@ class ConsistencyMonitor:
     def is_consistent(self) -> bool:
         """Whether the sensors agree with a sensitive checkpoint: a large NIS is then the lag of the filter."""
         parity = self._parity
-        return parity.checkpoint is not None and not parity.is_uncertain and parity.is_consistent
+        sensitive = parity.checkpoint is not None and not parity.is_uncertain and not parity.is_insensitive
+        return sensitive and parity.is_consistent
 
     def suspend(self, tracker: Tracker, modes: ModeMachine, interrupted: bool = False) -> Decision | None:
         """Decision to suspend updates and to restore the checkpoint; None if no checkpoint is established.
@@ -138,14 +143,14 @@ class ConsistencyMonitor:
             if self._parity.is_consistent:
                 self._parity.extend_travel()
             self._parity.replace(_present(tracker))
-        elif self._parity.exceeds_threshold:
+        elif self._parity.exceeds_threshold and not self._parity.is_insensitive:
             decision = self.suspend(tracker, modes)
             if decision is not None:
                 return decision
             self._tracking_time = 0.0
             self._parity.replace(_present(tracker))
         elif not self._parity.no_evidence:
-            self._tracking_time += EVALUATION_PERIOD
+            self._tracking_time += 0.0 if self._parity.is_insensitive else EVALUATION_PERIOD
             self._parity.accept()
             if time - self._checkpoint_time > CHECKPOINT_PERIOD:
                 self._keep(tracker, time)

@@ -40,7 +40,8 @@ class FaultLatch:
                 self.raise_fault(text, stamp_ns)
 
     def raise_fault(self, text: str, stamp_ns: int) -> None:
-        """Activate a fault until FAULT_HOLD_TIME after `stamp_ns` [ns]."""
+        """Activate a fault until FAULT_HOLD_TIME after `stamp_ns` [ns], and drop those that have ended."""
+        self._until_ns = {other: until_ns for other, until_ns in self._until_ns.items() if stamp_ns < until_ns}
         self._until_ns[text] = min(stamp_ns + int(FAULT_HOLD_TIME * 1e9), MAX_STAMP_NS)
 
     @property

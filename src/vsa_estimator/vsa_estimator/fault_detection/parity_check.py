@@ -14,12 +14,12 @@ from vsa_common.types import Array
 from vsa_estimator.fault_detection.isolation import SensorShift, isolate
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients, evaluate_windows, residuals
 from vsa_estimator.fault_detection.row_buffer import RowBuffer
+from vsa_estimator.fault_detection.travel import EVERYWHERE, Travel
 from vsa_estimator.force_law.elastic import stiffness
 from vsa_estimator.force_law.state import C
 from vsa_estimator.tuning.fault_detection import (
     CONSISTENT_SHARE,
     EVALUATION_PERIOD,
-    EXTRAPOLATION_MARGIN,
     INITIAL_SCALE,
     INSENSITIVE_RATIO,
     ISOLATION_TIME,
@@ -33,8 +33,7 @@ from vsa_estimator.tuning.fault_detection import (
     MOVING_SPEED,
     PRIOR_WEIGHT,
     SCALE_CAP,
-    STICTION_RATIO,
-    THRESHOLD,
+    THRESHOLDS,
     VELOCITY_STD,
     WINDOWS,
 )
@@ -51,36 +50,35 @@ class ParityCheck:
         self._checkpoints: deque[Coefficients] = deque(maxlen=2)
         self._rows = RowBuffer(int(WINDOWS[-1] * rate) + 1)
         self._scale_squares = [scale * scale for scale in INITIAL_SCALE]  # usual squared mean residual [N^2]
-        self._scale_weight = PRIOR_WEIGHT
+        self._scale_weights = [float(PRIOR_WEIGHT)] * len(WINDOWS)  # evaluations in motion
         self._baseline = MAX_BASELINE  # of the velocity difference [s]
         self._evaluated_at = 0.0
-        self._means = np.full(len(WINDOWS), np.nan)  # NaN: too few rows
-        self._model_stds = np.zeros(len(WINDOWS))  # of the model force by the coefficients' covariance [N]
-        self._travel = (math.inf, -math.inf)  # in which sensors and checkpoint were consistent [m]
+        self._windows = np.zeros((4, len(WINDOWS)))  # see evaluate_windows
+        self._travel = Travel()  # in which sensors and checkpoint were consistent
+        self.interrupt()
         self.begin_fault()
 
     def reset(self) -> None:
         """Drop checkpoints and steps."""
         self._checkpoints.clear()
-        self._travel = (math.inf, -math.inf)
+        self._travel = Travel()
         self.interrupt()
 
     def interrupt(self) -> None:
         """Drop the steps: the motion has a gap."""
         self._rows.clear()
-        self._means[:] = np.nan
+        self._windows[0] = np.nan
 
     def keep(self, coefficients: Coefficients) -> None:
         """Add a checkpoint; the sensors are compared with the older one of two."""
         self._checkpoints.append(coefficients)
-        if self._travel[0] > self._travel[1] and self._rows.deflection.size:
+        if self._travel.is_empty and self._rows.deflection.size:
             self.extend_travel()
 
     def replace(self, coefficients: Coefficients) -> None:
         """Make these coefficients the only checkpoint."""
         if self._checkpoints:
-            shift, (low, high) = coefficients.reference - self._checkpoints[0].reference, self._travel
-            self._travel = low + shift, high + shift
+            self._travel.shift(coefficients.reference - self._checkpoints[0].reference)
         self._checkpoints.clear()
         self.keep(coefficients)
 
@@ -99,29 +97,34 @@ class ParityCheck:
         if not self._checkpoints or time - self._evaluated_at < EVALUATION_PERIOD:
             return False
         self._evaluated_at = time
-        self._means[:] = np.nan
+        self._windows[0] = np.nan
         if self._rows.view.shape[1] >= MIN_ROWS:
             self._baseline = min(max(math.sqrt(2.0 * deflection_variance) / VELOCITY_STD, MIN_BASELINE), MAX_BASELINE)
-            evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, self._means, self._model_stds)
+            limits = EVERYWHERE if self.extrapolates else self._travel.limits(float(self._checkpoints[0].mean[C.K2]))
+            evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, limits, self._windows)
         return True
 
     @property
     def is_uncertain(self) -> bool:
         """Whether the checkpoint is too uncertain to expose a fault."""
         scale = math.sqrt(self._scale_squares[DECISION_WINDOW])
-        return self._model_stds[DECISION_WINDOW] > INSENSITIVE_RATIO * scale or scale > MAX_SCALE
+        return float(self._windows[1, DECISION_WINDOW]) > INSENSITIVE_RATIO * scale
+
+    @property
+    def is_insensitive(self) -> bool:
+        """Whether the usual residuals are too large to expose a fault."""
+        return self._scale_squares[DECISION_WINDOW] > MAX_SCALE * MAX_SCALE
 
     @property
     def extrapolates(self) -> bool:
         """Whether the position is beyond the travel: there the covariance does not contain the error of the law."""
-        low, high = self._travel
-        margin = EXTRAPOLATION_MARGIN / float(self._checkpoints[0].mean[C.K2])
-        return not low - margin < float(self._rows.deflection[-1]) < high + margin
+        low, high = self._travel.limits(float(self._checkpoints[0].mean[C.K2]))
+        return not low < float(self._rows.deflection[-1]) < high
 
     @property
     def no_evidence(self) -> bool:
         """Whether the motion allows no residual in the decision window."""
-        return math.isnan(self._means[DECISION_WINDOW])
+        return math.isnan(self._mean)
 
     @property
     def moves(self) -> bool:
@@ -155,9 +158,8 @@ class ParityCheck:
         The largest size counts. The slope to the first small mean is infinite after a step of the encoder.
         """
         if self._normalized(DECISION_WINDOW) > 1.0:
-            force = abs(float(self._means[DECISION_WINDOW])) + self._hidden
-            self.fault_size = max(self.fault_size, (force, force / self._stiffness))
-        mean, deflection = float(self._means[DECISION_WINDOW]), float(self._recent[1].mean())
+            self.fault_size = max(self.fault_size, (abs(self._mean), abs(self._mean) / self._stiffness))
+        mean, deflection = self._mean, float(self._recent[1].mean())
         if self.is_inconsistent:
             self._last_inconsistent, self._passage = (mean, deflection), (math.inf, math.nan)
         elif math.isnan(self._passage[1]) and not math.isnan(mean):
@@ -168,12 +170,12 @@ class ParityCheck:
     def fault_would_show(self, of_encoder: bool = True) -> bool:
         """Whether a shift of the force sensor, and `of_encoder` also of the encoder, of the fault's size would show.
 
-        It would not at rest below the breakaway force, and that of the encoder not where the spring is soft. True for
-        a fault without a size.
+        It would not at rest, where stiction can balance it and hide as much again, and that of the encoder not where
+        the spring is soft. True for a fault without a size.
         """
         force, by_encoder = self.fault_size[0], self.fault_size[1] * self._stiffness
-        residual = (min(force, by_encoder) if of_encoder else force) - self._hidden
-        return force == 0.0 or residual > CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)
+        residual = (min(force, by_encoder) if of_encoder else force) - 2.0 * float(self._windows[2, DECISION_WINDOW])
+        return force == 0.0 or residual > CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)
 
     def change_would_show(self) -> bool:
         """Whether another law would leave a residual at the present deflections, where the sensors are consistent.
@@ -186,10 +188,15 @@ class ParityCheck:
         if math.isnan(slope) or abs(slope) > self._stiffness:
             return True
         mean, _, reference = self._checkpoints[0]
-        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline)
+        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline, EVERYWHERE)
         expected = slope * (motion[0] - deflection)
-        least = (CONSISTENT_SHARE * THRESHOLD * self._std(DECISION_WINDOW)) ** 2
+        least = (CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)) ** 2
         return float(expected @ (expected - 2.0 * values)) > values.size * least
+
+    @property
+    def _mean(self) -> float:
+        """Mean residual of the decision window [N]."""
+        return float(self._windows[0, DECISION_WINDOW])
 
     @property
     def _recent(self) -> Array:
@@ -198,30 +205,23 @@ class ParityCheck:
         return view[:, int(np.searchsorted(view[0], view[0, -1] - WINDOWS[DECISION_WINDOW])) :]
 
     @property
-    def _hidden(self) -> float:
-        """Part of a residual that stiction can explain at rest [N]."""
-        return 0.0 if self.moves else STICTION_RATIO * float(self._checkpoints[0].mean[C.D0])
-
-    @property
     def _stiffness(self) -> float:
         """Stiffness of the checkpoint at the last deflection [N/m]."""
         mean, _, reference = self._checkpoints[0]
         return float(stiffness(mean[C.S], mean[C.K2], float(self._rows.deflection[-1]) - reference))
 
     def accept(self) -> None:
-        """Adapt the residual scales to the present means, which are those of consistent sensors."""
+        """Adapt the residual scales to the present means of consistent sensors, by the share of rows in motion."""
         self.extend_travel()
-        self._scale_weight = min(self._scale_weight + 1, SCALE_MEMORY)
-        for index, mean in enumerate(self._means.tolist()):
+        for index, (mean, _, _, in_motion) in enumerate(self._windows.T.tolist()):
             if not math.isnan(mean):
-                scale = self._scale_squares[index]
-                scale += (min(mean * mean, SCALE_CAP * scale) - scale) / self._scale_weight
-                self._scale_squares[index] = max(scale, MIN_SCALE**2)
+                scale, weight = self._scale_squares[index], min(self._scale_weights[index] + in_motion, SCALE_MEMORY)
+                scale += in_motion / weight * (min(mean * mean, SCALE_CAP * scale) - scale)
+                self._scale_squares[index], self._scale_weights[index] = max(scale, MIN_SCALE**2), weight
 
     def extend_travel(self) -> None:
         """Extend the travel by the recent deflections, where the sensors are consistent."""
-        positions, (low, high) = self._recent[1].tolist(), self._travel
-        self._travel = min((low, *positions)), max((high, *positions))
+        self._travel.extend(self._recent[1].tolist())
 
     def end_fault(self) -> None:
         """Drop the steps of a fault that has ended."""
@@ -233,7 +233,7 @@ class ParityCheck:
         if checkpoint is None or self._rows.view.shape[1] < MIN_ROWS:
             return None
         time, residual, sigma, moving, *_ = residuals(
-            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline
+            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline, EVERYWHERE
         )
         if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
             return None
@@ -241,9 +241,10 @@ class ParityCheck:
         return isolate(residual[moving], sigma[moving], float(checkpoint.mean[C.K2]), limit)
 
     def _normalized(self, index: int) -> float:
-        """Mean residual of a window over its threshold; NaN for too few rows."""
-        return abs(float(self._means[index])) / (THRESHOLD * self._std(index))
+        """Mean residual of a window, less the stiction that it may hide, over its threshold; NaN for too few rows."""
+        mean, _, hidden, _ = self._windows[:, index].tolist()
+        return max(abs(mean) - hidden, 0.0) / self._threshold(index)
 
-    def _std(self, index: int) -> float:
-        """Standard deviation of the mean residual of a window [N]."""
-        return math.hypot(math.sqrt(self._scale_squares[index]), float(self._model_stds[index]))
+    def _threshold(self, index: int) -> float:
+        """Threshold of the mean residual of a window [N]."""
+        return THRESHOLDS[index] * math.hypot(math.sqrt(self._scale_squares[index]), float(self._windows[1, index]))

@@ -14,6 +14,7 @@ from vsa_estimator.tuning.fault_detection import (
     EVALUATION_PERIOD,
     MAX_DAMPER_ERROR,
     MIN_COVERAGE,
+    MIN_ROWS,
     MOVING_SPEED,
     PEAK_SPEED_MARGIN,
     STICTION_RATIO,
@@ -34,15 +35,17 @@ class Coefficients(NamedTuple):
 
 @compiled
 def residuals(
-    rows: Array, mean: Array, reference: float, baseline: float
+    rows: Array, mean: Array, reference: float, baseline: float, limits: tuple[float, float]
 ) -> tuple[Array, Array, Array, Booleans, Array, Array]:
     """Residuals of the rows (4, n) of a RowBuffer, where they are usable.
 
-    Velocities are differences over `baseline` [s]. `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns
-    time (m,), residual [N] (m,), stiffness of eq. (3) (m,), whether the rod moves (m,), the motion x, v, a (3, m), and
-    the times of all finite residuals. The damper holds its greatest force beyond v*.
+    Velocities are differences over `baseline` [s]; rows beyond the `limits` of the deflection [m] are not usable.
+    `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns time (m,), residual [N] (m,), stiffness of eq. (3)
+    (m,), whether the rod moves (m,), the motion x, v, a (3, m), and the times of all finite residuals. The damper holds
+    its greatest force beyond v*.
     """
     time, deflection, force, after_rejection = rows
+    baseline = max(baseline, 2.0 * mean_period(time))
     half = half_baseline(time, baseline)
     count = max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
@@ -59,7 +62,7 @@ def residuals(
         )
         speed_error = 0.25 * baseline * least_a
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
-        excluded[i] |= after_rejection[i : i + 2 * half + 1].any()
+        excluded[i] |= after_rejection[i : i + 2 * half + 1].any() or not limits[0] < x < limits[1]
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline and is_confirmed(force, i + half)
         moving[i] = abs(v) > MOVING_SPEED
         motion[0, i], motion[1, i], motion[2, i] = x, v, a
@@ -85,9 +88,15 @@ def is_confirmed(force: Array, i: int) -> bool:
 
 
 @compiled
+def mean_period(time: Array) -> float:
+    """Mean time between two rows [s]."""
+    return float((time[-1] - time[0]) / (time.size - 1))
+
+
+@compiled
 def half_baseline(time: Array, baseline: float) -> int:
     """Rows in half a `baseline` [s]."""
-    return int(max(1, round(0.5 * baseline * (time.size - 1) / (time[-1] - time[0]))))
+    return int(max(1, round(0.5 * baseline / mean_period(time))))
 
 
 @compiled
@@ -126,29 +135,25 @@ def exclude_neighbours(usable: Booleans, excluded: Booleans, width: int) -> None
 
 @compiled
 def mean_residual(
-    time: Array, residual: Array, moving: Booleans, finite: Array, friction: float, span: tuple[float, float], lag: int
-) -> tuple[int, float]:
-    """First row in `span`, of a window [s] up to an end [s], -1 for too few rows, and their mean [N].
+    time: Array, residual: Array, moving: Booleans, finite: Array, span: tuple[float, float], lag: int
+) -> tuple[int, float, float, float]:
+    """First row in `span`, of a window [s] up to an end [s], -1 for too few; mean [N], weight, and share in motion.
 
-    At rest a residual counts by what exceeds `friction` [N]. `finite` are the times of all finite residuals. The noise
-    of n velocity differences over `lag` rows telescopes: that of their mean is as sqrt(min(n, lag)) / n. The mean of
-    a part of the window is reduced to the noise of the whole.
+    `finite` are the times of all finite residuals. The noise of n velocity differences over `lag` rows telescopes:
+    that of their mean is as sqrt(min(n, lag)) / n. The mean of a part of the window is reduced to the noise of the
+    whole, by a weight of at most 1.
     """
     if time.size == 0:
-        return -1, 0.0
+        return -1, 0.0, 0.0, 0.0
     window, end = span
     begin = end - window
     first = int(np.searchsorted(time, begin))
     whole = finite.size - int(np.searchsorted(finite, begin))
     count = time.size - first
     if count < max(3.0, MIN_COVERAGE * whole) or time[-1] - time[first] <= 0.8 * window - 2.0 * EVALUATION_PERIOD:
-        return -1, 0.0
-    total = 0.0
-    for i in range(first, time.size):
-        one = residual[i]
-        total += one if moving[i] else np.sign(one) * max(abs(one) - friction, 0.0)
-    reduction = count / whole * np.sqrt(min(whole, lag) / min(count, lag))
-    return first, min(1.0, reduction) * total / count
+        return -1, 0.0, 0.0, 0.0
+    weight = min(1.0, count / whole * np.sqrt(min(whole, lag) / min(count, lag)))
+    return first, weight * float(np.mean(residual[first:])), weight, float(np.mean(moving[first:]))
 
 
 @compiled
@@ -172,19 +177,28 @@ def model_force_std(mean: Array, covariance: Array, reference: float, motion: Ar
 
 @compiled
 def evaluate_windows(
-    rows: Array, mean: Array, covariance: Array, reference: float, baseline: float, means: Array, model_stds: Array
+    rows: Array,
+    mean: Array,
+    covariance: Array,
+    reference: float,
+    baseline: float,
+    limits: tuple[float, float],
+    windows: Array,
 ) -> None:
-    """Write the mean residual of each of WINDOWS [N] into `means` (3,), its `model_force_std` into `model_stds` (3,).
+    """Write into `windows` (4, 3), for each of WINDOWS, what describes its mean residual.
 
-    Where there are too few rows the mean is NaN, and the standard deviation stays.
+    Mean [N], `model_force_std` [N], stiction of eq. (6) that is hidden in it at most [N], and share of rows in motion.
+    A window has at least MIN_ROWS rows. Where too few of them are usable the mean is NaN, and the others stay.
     """
-    time, residual, _, moving, motion, finite = residuals(rows, mean, reference, baseline)
-    half, friction = half_baseline(rows[0], baseline), STICTION_RATIO * mean[C_D0]
-    end = rows[0, -1 - half]  # of the rows that have a velocity
+    time, residual, _, moving, motion, finite = residuals(rows, mean, reference, baseline, limits)
+    period = mean_period(rows[0])
+    half = half_baseline(rows[0], max(baseline, 2.0 * period))
+    end = rows[0, max(0, rows.shape[1] - 1 - half)]  # of the rows that have a velocity
     for index in range(len(WINDOWS)):
-        span = WINDOWS[index], end
-        first, average = mean_residual(time, residual, moving, finite, friction, span, 2 * half)
-        means[index] = np.nan
+        span = max(WINDOWS[index], MIN_ROWS * period), end
+        first, average, weight, in_motion = mean_residual(time, residual, moving, finite, span, 2 * half)
+        windows[0, index] = np.nan
         if first >= 0:
-            means[index] = average
-            model_stds[index] = model_force_std(mean, covariance, reference, motion, first)
+            windows[0, index], windows[3, index] = average, in_motion
+            windows[1, index] = model_force_std(mean, covariance, reference, motion, first)
+            windows[2, index] = weight * (1.0 - in_motion) * STICTION_RATIO * mean[C_D0]

@@ -107,6 +107,7 @@ class Tracker:
         """Set coefficients as `set_coefficients`, with the reference of s [m]."""
         self.set_coefficients(mean, covariance)
         self.reference = reference
+        self.reset_nis_test()
 
     def set_reference(self, position: float) -> None:
         """Set the reference of s [m]; `reset_coefficients` has to follow."""

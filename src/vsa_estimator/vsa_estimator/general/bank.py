@@ -17,7 +17,7 @@ from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
 from vsa_estimator.general.encoder_motion import EncoderMotion, is_moving
 from vsa_estimator.general.impedance import mixture
 from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
-from vsa_estimator.general.prediction import add_shift_noise, predict_member
+from vsa_estimator.general.prediction import add_shift_noise, drop_innovation, predict_member
 from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, L, Record, V, X
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.filter import STATIONARY_TIME
@@ -38,8 +38,7 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
     predict_member(member, geometry, now["dt"], now["encoder"]["density"])
     if not correct_deflection(member, now["deflection"], now["deflection_variance"]):
         reset_motion(member, step["encoder"])
-    one["innovation"] = one["innovation_variance"] = 0.0
-    one["gain"][:] = 0.0
+    drop_innovation(member)
     moves = is_moving(one["mean"][V], one["covariance"][V, V])
     one["time_since_motion"] = 0.0 if moves else one["time_since_motion"] + now["dt"]
     if np.isnan(now["force"]) or one["time_since_motion"] >= STATIONARY_TIME:
@@ -56,6 +55,7 @@ def advance(members: Record, geometry: Record, step: Record) -> None:
     if now["gap"]:
         for m in range(members.size):
             reset_motion(members[m : m + 1], step["encoder"])
+            drop_innovation(members[m : m + 1])
             add_shift_noise(members[m : m + 1], geometry, now["deflection_variance"], now["force_variance"])
         return
     best = -np.inf
@@ -86,12 +86,12 @@ class Bank:
         """`initial` coefficients of the prior; `rate` of the filter [Hz]."""
         self._initial = initial
         self._buffer = np.zeros(int(REPEATED_TIME * rate) + 1, STEP)
-        self.impedance: Record = np.zeros(1, IMPEDANCE)
         self.restart()
 
     def restart(self) -> None:
         """Drop all data; the next step is the first."""
         self._members: Record | None = None
+        self.impedance: Record = np.zeros(1, IMPEDANCE)
         self._encoder = EncoderMotion()
         self._probabilities = np.full(len(MODELS), 1.0 / len(MODELS))
         self.age = 0.0  # time of motion with forces since the start [s]
@@ -113,6 +113,7 @@ class Bank:
         step["gap"], step["deflection_variance"], step["force_variance"] = True, *shift
         self._encoder.write(step["encoder"])
         advance(self._members, self._geometry, step)
+        mixture(self._members, self._geometry, self._probabilities, self.impedance)
         self._store(step)
 
     def copied(self) -> "Bank":

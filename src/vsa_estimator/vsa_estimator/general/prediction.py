@@ -102,6 +102,13 @@ def add_scale_noise(member: Record, geometry: Record, variance: float) -> None:
 
 
 @compiled
+def drop_innovation(member: Record) -> None:
+    """The step of a member, (1,) MEMBER, has no force."""
+    member[0]["innovation"] = member[0]["innovation_variance"] = 0.0
+    member[0]["gain"][:] = 0.0
+
+
+@compiled
 def add_shift_noise(member: Record, geometry: Record, deflection_variance: float, force_variance: float) -> None:
     """Add shifts of the encoder and of the force sensor of these variances [m^2, N^2] to the covariance.
 

@@ -85,7 +85,6 @@ STEP = np.dtype([
 ])  # fmt: skip
 
 IMPEDANCE = np.dtype([
-    ("probability", "f8"),
     ("ln_stiffness", "f8"), ("ln_stiffness_variance", "f8"),
     ("slope", "f8"), ("slope_variance", "f8"),  # of ln sigma over the deflection [1/m]
     ("damping", "f8"), ("damping_variance", "f8"), ("damping_slope", "f8"),  # by the speed [N s^2/m^2]

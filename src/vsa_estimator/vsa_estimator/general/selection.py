@@ -52,6 +52,7 @@ class LawSelection:
     def __init__(self, initial: Initial, rate: float) -> None:
         """`initial` coefficients; `rate` of the filter [Hz]."""
         self.bank, self._turn_travel = Bank(initial, rate), TURN_TRAVEL / initial.k2
+        self.is_confirmed = False  # whether the exponential law holds
         self.restart()
 
     def restart(self) -> None:
@@ -62,7 +63,6 @@ class LawSelection:
         self._interrupted = False  # the motion has a gap before the next step
         self._shift = (0.0, 0.0)  # variances of a shift of encoder [m^2] and force sensor [N^2] in it
         self._refuted_for = self._inadequate_for = 0.0  # [s]
-        self.is_confirmed = False  # whether the exponential law holds
         self._mean_nis = 1.0  # of the force in the most probable member
 
     def interrupt(self) -> None:

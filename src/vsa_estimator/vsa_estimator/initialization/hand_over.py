@@ -86,7 +86,8 @@ class HandOver:
         event = None
         if modes.initialized:
             self._cross_checks.postpone(now_ns)
-            if not ready or not tracker.cross_check_failed(fit.mean, fit.covariance, fit.acceleration, force_std):
+            failed = tracker.cross_check_failed(fit.mean, fit.covariance, fit.acceleration, force_std)
+            if modes.suspended or not ready or not failed:
                 return None
             return _less_certain(tracker, fit, self._initializer.range)
         if ready:

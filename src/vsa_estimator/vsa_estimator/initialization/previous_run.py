@@ -7,8 +7,10 @@ from vsa_common.types import Array
 from vsa_estimator.fault_detection.consistency import AFTER_GAP, ConsistencyMonitor
 from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.force_law.state import C
 from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.settings import Initial
+from vsa_estimator.tuning.force_law import MAX_LN_STIFFNESS, MIN_K2, MIN_LN_STIFFNESS
 
 # Names of the coefficients in the order of the filter [s k2 d1 d2 M F0 d0], as in EstimatorState.
 NAMES = ("ln_stiffness_reference", "k2", "d1", "d2", "inertia", "force_offset", "coulomb_friction")
@@ -19,7 +21,7 @@ def coefficients_of(initial: Initial) -> Coefficients | None:
     """Coefficients of `initial.posterior`; None without one.
 
     A coefficient that it does not have gets its start value, independent of the others; one that the filter does not
-    have is left out. Raises ConfigurationError for a covariance that is none, or without the spring.
+    have is left out. Raises ConfigurationError for a covariance that is none, and for a spring that is none.
     """
     posterior = initial.posterior
     if not posterior:
@@ -36,6 +38,7 @@ def coefficients_of(initial: Initial) -> Coefficients | None:
     found = [(NAMES.index(name), at) for at, name in enumerate(posterior.names) if name in NAMES]
     own, others = (list(indices) for indices in zip(*found, strict=True))
     mean[own] = np.array(posterior.values)[others]
+    _check_spring(mean)
     covariance[np.ix_(own, own)] = given[np.ix_(others, others)]
     return Coefficients(mean, covariance, posterior.deflection_reference)
 
@@ -48,6 +51,16 @@ def start_from(
     modes.handle(Event.HAND_OVER)
     consistency.begin(tracker)
     modes.handle(Event.INCONSISTENT, AFTER_GAP)
+
+
+def _check_spring(mean: Array) -> None:
+    """Raise ConfigurationError for a stiffness or k2 that no transmission has, as a stiffness without its logarithm."""
+    s, k2 = float(mean[C.S]), float(mean[C.K2])
+    if not MIN_LN_STIFFNESS < s < MAX_LN_STIFFNESS:
+        limits = f"{MIN_LN_STIFFNESS:g} to {MAX_LN_STIFFNESS:g}"
+        raise ConfigurationError(f"initial.posterior: ln_stiffness_reference {s:g}, not within {limits}")
+    if k2 < MIN_K2:
+        raise ConfigurationError(f"initial.posterior: k2 {k2:g} 1/m, less than {MIN_K2:g}")
 
 
 def _check_covariance(covariance: Array) -> None:

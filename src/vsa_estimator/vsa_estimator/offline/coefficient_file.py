@@ -18,6 +18,7 @@ UNITS = {
     "ln_stiffness_reference": "1", "k2": "1/m", "d1": "N s/m", "d2": "N s^3/m^3", "inertia": "kg",
     "force_offset": "N", "coulomb_friction": "N",
 }  # fmt: skip
+EXPONENTIAL_KNOTS = 2  # of the exponential law in EstimatorState; another law has more
 _PREFIX = "initial.posterior."
 
 
@@ -37,7 +38,12 @@ class NamedCoefficients:
 
 
 def coefficients_of_state(state: State | Any) -> NamedCoefficients:
-    """Coefficients of the estimator's state, or of an EstimatorState message."""
+    """Coefficients of the estimator's state, or of an EstimatorState message.
+
+    Raises ConfigurationError where another law than the exponential one is published, which has none.
+    """
+    if len(state.elastic_deflection) > EXPONENTIAL_KNOTS:
+        raise ConfigurationError(f"the law is not exponential ({state.elastic_law}) and has no coefficients")
     names = tuple(UNITS)
     covariance = np.reshape(state.coefficient_covariance, (len(names), len(names)))
     values = tuple(float(getattr(state, name)) for name in names)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from vsa_estimator.tuning.preprocessing import MAX_LATENESS_NS, PAIRING_CAPACITY, PAIRING_RESET_WINDOWS
+from vsa_estimator.tuning.preprocessing import MAX_LATENESS_NS, PAIRING_CAPACITY
 
 FORCE, ENCODER = range(2)
 
@@ -42,7 +42,7 @@ class Pairing:
 
     def add_force(self, stamp_ns: int, force: float) -> list[Sample]:
         """Add a force [N]; samples that are complete and in order, oldest first."""
-        self._check_time_reset(stamp_ns)
+        self._check_time_reset(stamp_ns, self._newest_force_ns)
         self._newest_force_ns = max(self._newest_force_ns, stamp_ns)
         match = self._match(self._encoders, stamp_ns)
         if match is None:
@@ -54,7 +54,7 @@ class Pairing:
 
     def add_encoder(self, stamp_ns: int, deflection: float) -> list[Sample]:
         """Add a deflection [m]; samples that are complete and in order, oldest first."""
-        self._check_time_reset(stamp_ns)
+        self._check_time_reset(stamp_ns, self._newest_encoder_ns)
         self._newest_encoder_ns = max(self._newest_encoder_ns, stamp_ns)
         match = self._match(self._forces, stamp_ns)
         if match is None:
@@ -88,13 +88,16 @@ class Pairing:
         self.dropped += 2 * (sample.stamp_ns in self._pairs)
         self._pairs[sample.stamp_ns] = sample
 
-    def _check_time_reset(self, stamp_ns: int) -> None:
-        """Drop later messages when a stamp is too far behind for a reordered message: the clock was set back."""
-        newest_ns = max(self._newest_force_ns, self._newest_encoder_ns)
-        if stamp_ns < newest_ns - max(PAIRING_RESET_WINDOWS * self._window_ns, MAX_LATENESS_NS):
+    def _check_time_reset(self, stamp_ns: int, newest_ns: int) -> None:
+        """Drop later messages when a stamp is too far behind its own stream's newest: the clock was set back."""
+        if stamp_ns < newest_ns - max(self._window_ns, MAX_LATENESS_NS):
+            end_ns = max(self._newest_force_ns, self._newest_encoder_ns) + 1
             self._newest_force_ns = self._newest_encoder_ns = stamp_ns
             for queue in (self._forces, self._encoders):
-                self._drop(queue, stamp_ns + 1, newest_ns + 1)
+                self._drop(queue, stamp_ns + 1, end_ns)
+            for later_ns in [pair_ns for pair_ns in self._pairs if pair_ns > stamp_ns]:
+                del self._pairs[later_ns]
+                self.dropped += 2
 
     def _drop(self, queue: dict[int, float], first_ns: int, end_ns: int) -> None:
         """Drop and count the queued messages from `first_ns` to before `end_ns`."""

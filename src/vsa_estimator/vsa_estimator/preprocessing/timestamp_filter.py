@@ -41,9 +41,7 @@ def corrected_stamp(timestamps: Any, stamp_ns: int, deflection: float) -> int:
         timestamps["origin_ns"] = stamp_ns
     origin, last = timestamps["origin_ns"], timestamps["last_instant_ns"]
     instant = origin + select_instant(timestamps, stamp_ns - origin, deflection)
-    if stamp_ns <= last:
-        instant = stamp_ns
-    elif instant <= last:
+    if instant <= last:
         instant = last + 1
     timestamps["last_instant_ns"] = instant
     return int(instant)

@@ -16,8 +16,6 @@ from vsa_estimator.output.estimate import State
 from vsa_estimator.settings import NodeConfig
 from vsa_msgs.srv import LoadCoefficients, SaveCoefficients
 
-SAVED = (Status.VALID, Status.STALE)  # status of the estimates with which coefficients are saved
-
 
 class EstimatorServices:
     """`~/reset`, `~/save_coefficients` and `~/load_coefficients` of an estimator node."""
@@ -46,7 +44,7 @@ class EstimatorServices:
     ) -> SaveCoefficients.Response:
         try:
             path, state = self._path(request.file), self._state()
-            if not state.ln_stiffness_reference_valid or state.status not in SAVED:
+            if not state.ln_stiffness_reference_valid or state.status is not Status.VALID:
                 raise ConfigurationError(f"status {state.status.name}: {state.reason or 'not converged'}")
             now = datetime.now(timezone.utc).isoformat(timespec="seconds")
             name = self._node.get_fully_qualified_name()

@@ -23,7 +23,7 @@ PEAK_SPEED_MARGIN = _constant("PEAK_SPEED_MARGIN", 0.85, "1", 0.4, 1.0,
     "share of v* up to which a mean speed determines the damper force", "ablation")  # fmt: skip
 MAX_DAMPER_ERROR = _constant("MAX_DAMPER_ERROR", 2.0, "N", 0.5, 8.0,
     "error of a residual by acceleration within the baseline, or as a single outlier, above which it is excluded", "ablation")  # fmt: skip
-MOVING_SPEED = _constant("MOVING_SPEED", 0.25e-3, "m/s", 5e-5, 1e-3,
+MOVING_SPEED = _constant("MOVING_SPEED", 0.2e-3, "m/s", 5e-5, 1e-3,
     "speed below which friction may take any value up to the Coulomb force", "ablation")  # fmt: skip
 STICTION_RATIO = _constant("STICTION_RATIO", 1.3, "1", 0.5, 3.0,
     "breakaway force over Coulomb friction, subtracted from residuals at rest", "ablation")  # fmt: skip
@@ -32,8 +32,9 @@ MIN_COVERAGE = _constant("MIN_COVERAGE", 0.5, "1", 0.1, 1.0,
 MIN_ROWS = _constant("MIN_ROWS", 5, "samples", 5, 20,
     "rows of the second difference over the baseline", "derivation: 2 half baselines and one centre row")  # fmt: skip
 
-THRESHOLD = _constant("THRESHOLD", 5.5, "1", 2.0, 15.0,
-    "threshold of a mean residual, in its usual standard deviation", "ablation")  # fmt: skip
+THRESHOLDS = _constant("THRESHOLDS", (5.5, 4.5, 4.0), "1", 2.0, 15.0,
+    "threshold of the mean residual of each window, in its usual standard deviation: that of a short one has more of the error by jerk; the greatest in 2.7 h of healthy motion are 4.7, 3.2 and 2.7",
+    "docs/decisions/0016-parity-residual.md")  # fmt: skip
 CONSISTENT_SHARE = _constant("CONSISTENT_SHARE", 0.5, "1", 0.1, 1.0,
     "hysteresis: share of the threshold below which both sensors are consistent again", "ablation")  # fmt: skip
 INITIAL_SCALE = _constant("INITIAL_SCALE", (0.3, 0.15, 0.1), "N", 0.02, 2.0,
@@ -45,7 +46,7 @@ SCALE_CAP = _constant("SCALE_CAP", 4.0, "1", 1.5, 16.0,
 MIN_SCALE = _constant("MIN_SCALE", 0.01, "N", 0.001, 0.1,
     "least residual scale: below it the force sensor's own steps decide", "derivation: mean of three forces with the noise of section VI, 0.017 N")  # fmt: skip
 INSENSITIVE_RATIO = _constant("INSENSITIVE_RATIO", 3.0, "1", 1.0, 10.0,
-    "standard deviation of the model force over the residual scale, above which the check is insensitive", "derivation: there THRESHOLD is 1.8 standard deviations of the model force")  # fmt: skip
+    "standard deviation of the model force over the residual scale, above which the check is insensitive", "derivation: there the threshold is 1.5 times this standard deviation")  # fmt: skip
 MAX_SCALE = _constant("MAX_SCALE", 0.4, "N", 0.1, 2.0,
     "residual scale above which the check is insensitive", "ablation")  # fmt: skip
 EXTRAPOLATION_MARGIN = _constant("EXTRAPOLATION_MARGIN", 0.05, "1", 0.01, 0.5,

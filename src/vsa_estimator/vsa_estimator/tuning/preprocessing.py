@@ -18,8 +18,6 @@ MAX_LATE_RUN = _constant("MAX_LATE_RUN", 50, "samples", 5, 500,
 # Approximate time synchronisation of force and encoder
 PAIRING_CAPACITY = _constant("PAIRING_CAPACITY", 2000, "messages", 100, 100_000,
     "Bounds each queue of unpaired messages while the other stream is down", "test_queues_are_bounded_when_one_stream_is_down")  # fmt: skip
-PAIRING_RESET_WINDOWS = _constant("PAIRING_RESET_WINDOWS", 100, "reorder windows", 10, 1000,
-    "The same where a long reorder window permits more", "test_a_long_delay_of_one_stream_loses_no_message")  # fmt: skip
 
 # Estimate of the sensor's sample clock
 PERIOD_WINDOW = _constant("PERIOD_WINDOW", 32, "intervals", 8, 128,
@@ -33,7 +31,7 @@ JITTER_GATE = _constant("JITTER_GATE", 4.0, "mean deviations", 2.0, 8.0,
 JITTER_WINDOW = _constant("JITTER_WINDOW", 500.0, "intervals", 50.0, 5000.0,
     "Averages the jitter over several delays of a busy host", "ablation")  # fmt: skip
 MAX_INTERVAL_NS = _constant("MAX_INTERVAL_NS", 250e6, "ns", 50e6, 2e9,
-    "After a longer silence the period is initialized again", "ablation")  # fmt: skip
+    "After a longer silence the phase is initialized again", "ablation")  # fmt: skip
 MAX_IRREGULAR = _constant("MAX_IRREGULAR", 100, "samples", 20, 1000,
     "Excess of samples that skip or repeat a period, from which on the rate has changed", "ablation")  # fmt: skip
 IRREGULAR_RECOVERY = _constant("IRREGULAR_RECOVERY", 0.5, "samples", 0.1, 1.0,

@@ -17,6 +17,7 @@ from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
 from vsa_common.terminal import progress
 from vsa_estimator.offline.coefficient_file import (
+    EXPONENTIAL_KNOTS,
     UNITS,
     NamedCoefficients,
     described,
@@ -110,10 +111,12 @@ def write_coefficients(run: Run, path: Path) -> bool:
 
 
 def last_coefficients(state: Series) -> NamedCoefficients | None:
-    """Coefficients of the last EstimatorState of a recording; None where its stiffness is not valid."""
+    """Coefficients of the last EstimatorState; None where its stiffness is not valid or its law not exponential."""
     names = tuple(UNITS)
     covariance = np.array([state[f"coefficient_covariance_{i + 1}"][-1] for i in range(len(names) ** 2)])
     values = tuple(float(state[name][-1]) for name in names)
+    if len(state.flagged.get("elastic_deflection", ())) > EXPONENTIAL_KNOTS:
+        return None
     if not state.valid("ln_stiffness_reference")[-1] or not np.isfinite([*covariance, *values]).all():
         return None
     matrix = covariance.reshape(len(names), len(names))
