@@ -20,6 +20,15 @@ MAX_CLOCK_DRIFT = _constant(
     "derivation: twice the 100 ppm of a common crystal oscillator",
 )  # fmt: skip
 
+# Merging of messages
+
+MERGE_SHARE = _constant(
+    "MERGE_SHARE", 0.75, "1", 0.5, 1,
+    "Frames of different messages are of one sample up to this share of the sampling period. One of the two distances "
+    "between alternating frames is at most half of the period; the rest is for their jitter.",
+    "derivation: middle between half of a period and one",
+)  # fmt: skip
+
 # Rolling counter
 
 DELAY_THRESHOLD_NS = _constant(
