@@ -83,6 +83,8 @@ class MotorGate:
     def command(self, positions: Sequence[float], now_s: float) -> None:
         """Take a command [rad]. An invalid one raises CommandRefused, and the last one stays."""
         self._check(positions)
+        if self._timed_out:
+            self._stepped_s = now_s  # the outputs go on from the last one; the hold is no time to move
         self._target, self._commanded_s = tuple(positions), now_s
         self._timed_out = False
 
