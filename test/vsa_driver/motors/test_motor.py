@@ -41,6 +41,26 @@ def test_arming_without_a_fresh_position_is_refused():
         gate.arm(11.0)
 
 
+@pytest.mark.parametrize("wrong", [3.01, -2.01, math.nan])
+def test_arming_at_a_position_beyond_the_limits_is_refused_with_the_motor_and_the_limits(wrong):
+    gate = MotorGate(LIMITS)
+    gate.update_position((0.0, wrong), 10.0)
+    with pytest.raises(CommandRefused, match=f"motor_2 = {wrong:g} rad: must be within -2 to 3 rad"):
+        gate.arm(10.0)
+    assert gate.state == "disarmed"
+
+
+def test_arming_while_armed_changes_nothing():
+    gate = armed_gate(at=(0.0, 0.0))
+    gate.command((0.04, 0.0), 100.0)
+    assert gate.step(100.01) == (0.04, 0.0)
+    gate.arm(100.02)
+    assert gate.step(100.02) == (0.04, 0.0)
+    gate.step(100.3)
+    gate.arm(100.4)
+    assert (gate.state, gate.step(100.4)) == ("holding", None)
+
+
 def test_a_distant_command_is_approached_at_the_speed_limit_and_reached():
     gate = armed_gate(at=(0.0, 0.0))
     now, sent = 100.0, []
@@ -113,18 +133,18 @@ def test_no_sequence_of_events_gives_an_output_beyond_the_speed_or_position_limi
             elif kind == "c":
                 gate.command((one, two), now)
             elif kind == "a":
+                last = last if gate.armed else None
                 gate.arm(now)
-                last = None
             elif kind == "d":
                 gate.disarm("test")
         except CommandRefused:
             pass
         sent = gate.step(now)
+        if gate.state == "holding":
+            last_s = math.inf  # the first output after a hold is the last one before
         if sent is not None:
             assert all(LIMITS.position_min <= position <= LIMITS.position_max for position in sent)
             if last is not None:
                 allowed = LIMITS.speed_max * min(max(now - last_s, 0.0), LIMITS.timeout) + 1e-9
                 assert all(abs(a - b) <= allowed for a, b in zip(sent, last, strict=True))
             last, last_s = sent, now
-        if gate.state == "holding":
-            last_s = math.inf  # the first output after a hold is the last one before
