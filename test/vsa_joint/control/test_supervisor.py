@@ -30,7 +30,7 @@ class Feed:
         self.inputs = Inputs()
         self.now = 0
 
-    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, silent=(), frozen=(), late=None):
+    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, silent=(), frozen=(), late=None, target=TARGET):
         """Run for `ms`; `silent` names inputs that stop, `late` has ages by stamp [ms].
 
         Returns (instant, mode, reason, motors) of each period.
@@ -51,7 +51,7 @@ class Feed:
                 i.springs, i.springs_ns = SPRINGS, (self.now, self.now)
             i.measured_ns = {topic: self.now - age * MS for topic, age in (late or {}).items()}
             if commands:
-                self.supervisor.command(TARGET, i, self.now)
+                self.supervisor.command(target, i, self.now)
             sent = self.supervisor.step(i, self.now)
             out.append((self.now, self.supervisor.mode, self.supervisor.reason, sent))
         return out
@@ -149,6 +149,24 @@ def test_the_end_of_commands_holds_after_the_timeout():
     delay, reason = first_hold(feed, feed.run(1000, commands=False), since)
     assert 500 <= delay <= 520
     assert reason == "stiffness_command stopped"
+
+
+UNREACHABLE = Target(0.0, 50.0)
+
+
+def test_refused_commands_do_not_end_a_hold_by_a_missing_command():
+    feed = active()
+    feed.run(1000, commands=False)
+    out = feed.run(2000, target=UNREACHABLE)
+    assert {row[1] for row in out} == {Mode.HOLDING}
+    assert out[-1][2] == "stiffness_command stopped"
+    assert feed.run(1000)[-1][1] is Mode.ACTIVE
+
+
+def test_a_client_whose_commands_are_refused_in_between_keeps_control_of_the_former_target():
+    feed = active()
+    assert {row[1] for row in feed.run(2000, target=UNREACHABLE)} == {Mode.ACTIVE}
+    assert feed.supervisor.target == TARGET
 
 
 @pytest.mark.parametrize(("duration", "holding_periods"), [(200, 20), (1000, 40)])

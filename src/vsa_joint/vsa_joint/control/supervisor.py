@@ -67,8 +67,7 @@ class Supervisor:
         return self._mode.duration(now_ns)
 
     def command(self, target: Target, inputs: Inputs, now_ns: int) -> Feasibility:
-        """Accept or refuse a command; a refused one does not change the target."""
-        self._command_ns = now_ns
+        """Accept or refuse a command; a refused one changes no target and ends no hold by a missing command."""
         fault = self._monitor.fault(inputs, self._law, now_ns)
         measurement = None if fault else self._update_measurement(inputs, now_ns)
         if measurement is None:
@@ -80,6 +79,8 @@ class Supervisor:
             if feasibility.accepted and self.mode in (Mode.HOLDING, Mode.EXCITING):
                 feasibility = replace(feasibility, text=f"pursued with {self.waits_for}")
         self.feasibility = feasibility
+        if feasibility.accepted or not self._is_command_missing(now_ns):
+            self._command_ns = now_ns
         if feasibility.accepted:
             self.target = target
         elif measurement is not None:
@@ -118,6 +119,10 @@ class Supervisor:
         """Whether the motors have a moving set-point."""
         return self.mode not in (Mode.IDLE, Mode.HOLDING)
 
+    def _is_command_missing(self, now_ns: int) -> bool:
+        """Whether the last command, or its repetition, is older than its timeout."""
+        return now_ns - self._command_ns > int(self._config.command_timeout * SECOND_NS)
+
     def _explain(self, condition: _Condition) -> None:
         """State reason and end of the mode; a hold with healthy inputs keeps its reason."""
         if self.mode is Mode.ACTIVE:
@@ -129,7 +134,7 @@ class Supervisor:
 
     def _fault(self, inputs: Inputs, now_ns: int) -> Fault | None:
         fault = self._monitor.fault(inputs, self._law, now_ns)
-        if fault is None and now_ns - self._command_ns > int(self._config.command_timeout * SECOND_NS):
+        if fault is None and self._is_command_missing(now_ns):
             fault = Fault("stiffness_command stopped", "stiffness_command")
         if fault is None and self._is_controlled and not self._update_following(inputs, now_ns):
             fault = Fault("motors do not follow: is the driver armed?", "motors that follow their commands")
