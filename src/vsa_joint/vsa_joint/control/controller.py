@@ -20,21 +20,17 @@ from vsa_joint.control.stiffness_range import (
     StiffnessRange,
     force_for,
     force_rate,
-    partner_force,
     reachable_range,
     relative_std,
 )
-from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation
+from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation, SlackProtection
 from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import (
     DITHER_SPEED_SHARE,
     MIN_FORCE_ABOVE_OFFSET,
     MIN_STIFFNESS,
-    PROTECTION_DECAY,
-    PROTECTION_GAIN,
     SETTLE_BAND,
-    SLACK_SHARE,
     TRIM_MAX,
 )
 
@@ -54,13 +50,13 @@ class StiffnessControl:
         self._log_force, self._rest_angle = RateLimitedFilter(0.0), SetpointFilter(0.0)  # ln(F - F0); rad
         self._force_rate = 0.0  # of the filtered set-point [N/s]
         self._integral_trim = 0.0  # ln K
-        self._slack_protection = 0.0  # N
         self._integral = 0.0  # of the equilibrium loop [rad]
         self._correction = 0.0  # of the equilibrium [rad]
         self._phase = 0.0  # of the self-excitation [rad]
         self._motors = MotorMap(config)
         self._motion = CoContractionMotion(config.joint)
         self._excitation = ReExcitation(config.joint)
+        self._slack_protection = SlackProtection(config.joint)
 
     def reconfigure(self, config: ControlConfig) -> None:
         """Apply the tunable parameters of another configuration; the state stays."""
@@ -76,9 +72,9 @@ class StiffnessControl:
         self._least_force = max(spring.least_force for spring in measurement.springs)
         log_force = self._log_above_offset(unloaded_force(measurement.tension, self._config.radius))
         self._log_force, self._rest_angle = RateLimitedFilter(log_force), SetpointFilter(self.equilibrium)
-        self._integral_trim = self._slack_protection = self._integral = self._phase = 0.0
+        self._integral_trim = self._integral = self._phase = 0.0
         self._correction = self._force_rate = 0.0
-        self._excitation = ReExcitation(self.joint)
+        self._excitation, self._slack_protection = ReExcitation(self.joint), SlackProtection(self.joint)
         self._motion.start(self._force)
         self._motors.fit_zero(measurement.motors, self._force, self.equilibrium, measurement.springs)
 
@@ -124,8 +120,8 @@ class StiffnessControl:
         rest_angle = self._rest_angle.step(target.equilibrium, self._config.rest_time, self._dt)
         if feedback:
             self._correction = self._update_correction(rest_angle)
-        self._update_slack_protection(measurement)
-        force = self._force + self._slack_protection + self._update_dither(target, measurement, reachable)
+        self._slack_protection.step(measurement, self._force, self._force_rate, self._config)
+        force = self._force + self._slack_protection.force + self._update_dither(target, measurement, reachable)
         return self._positions(force + self._excitation.fade(self._config), measurement.springs, reachable)
 
     def start_excitation(self) -> None:
@@ -144,8 +140,8 @@ class StiffnessControl:
             return last
         self._log_force.settle(config.smoothing_time, self._dt)
         self._force_rate = 0.0
-        self._update_slack_protection(measurement)
-        about = self._force + self._slack_protection
+        self._slack_protection.step(measurement, self._force, self._force_rate, config)
+        about = self._force + self._slack_protection.force
         force = self._excitation.step(about, self.equilibrium, springs, reachable, config)
         first, second = self._positions(force, springs, reachable)
         travel = config.recovery_speed * self._dt
@@ -168,11 +164,15 @@ class StiffnessControl:
         )
 
     def _update_equilibrium(self, measurement: Measurement) -> None:
-        """Observer of the unloaded equilibrium: implicit Euler step of D z' = tau - K z."""
-        torque = self._torque(measurement)
-        k, d = max(measurement.stiffness, MIN_STIFFNESS), max(measurement.damping, 0.0)
-        self._deflection = (d * self._deflection + self._dt * torque) / (d + self._dt * k)
-        self._load += self._dt / self._config.load_time * (torque - self._load)
+        """Observer of the unloaded equilibrium: implicit Euler step of D z' = tau - K z.
+
+        Without valid forces the deflection by the load keeps its value.
+        """
+        if measurement.force_valid:
+            torque = self._torque(measurement)
+            k, d = max(measurement.stiffness, MIN_STIFFNESS), max(measurement.damping, 0.0)
+            self._deflection = (d * self._deflection + self._dt * torque) / (d + self._dt * k)
+            self._load += self._dt / self._config.load_time * (torque - self._load)
         self.equilibrium = measurement.angle - self._deflection
 
     def _update_force(
@@ -199,21 +199,6 @@ class StiffnessControl:
         integral = self._integral + config.equilibrium_integral * self._dt * error
         self._integral = min(max(integral, -config.correction_max), config.correction_max)
         return config.equilibrium_gain * error + self._integral
-
-    def _update_slack_protection(self, measurement: Measurement) -> None:
-        """Increase both forces while one spring is close to slack, decrease them while one force exceeds the limit.
-
-        The springs bear the measured forces without those of the dampers in the commanded change of stiffness.
-        """
-        forces, elastic = [2.0 * tension for tension in measurement.tension], []
-        share = partner_force(1.0, 0.0, self.joint)
-        for force, ratio, spring in zip(forces, (1.0, share), measurement.springs, strict=True):
-            velocity = ratio * self._force_rate / spring.stiffness(ratio * self._force)
-            elastic.append(force - spring.damper(velocity) - spring.least_force)
-        lacking = max(0.0, SLACK_SHARE * self._config.slack_margin - min(elastic))
-        excess = max(0.0, max(forces) - self._config.force_max)
-        decay = PROTECTION_DECAY * self._slack_protection
-        self._slack_protection += self._dt * (PROTECTION_GAIN * (lacking - excess) - decay)
 
     def _update_dither(self, target: Target, measurement: Measurement, reachable: StiffnessRange) -> float:
         """Common force [N] of the self-excitation, without torque, while the predicted stiffness error is large."""

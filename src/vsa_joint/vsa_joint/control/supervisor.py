@@ -185,4 +185,6 @@ class Supervisor:
             return None
         if joint.damping_valid:
             self._damping = joint.damping  # at speeds beyond the dampers' peak the last valid value applies
-        return Measurement(inputs.angle, joint.tension, stiffness, self._damping, inputs.motors, self._law)
+        return Measurement(
+            inputs.angle, joint.tension, stiffness, self._damping, inputs.motors, self._law, joint.force_valid
+        )
