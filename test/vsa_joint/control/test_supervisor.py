@@ -123,6 +123,20 @@ def test_an_invalid_estimate_holds_immediately_at_the_measured_positions(joint, 
     assert {row[3] for row in out} == {MOTORS}
 
 
+@pytest.mark.parametrize("fault", [{"silent": ("motors",)}, {"late": {"motor_states": 300}}])
+def test_without_recent_motor_positions_the_last_sent_ones_are_held(fault):
+    feed = active()
+    moving = feed.run(100, target=Target(0.0, 3.0))[-1][3]
+    assert moving != pytest.approx(MOTORS, abs=0.02)
+    out = feed.run(300, target=Target(0.0, 3.0), **fault)
+    sent = moving
+    for _, mode, _, motors in out:
+        if mode is Mode.HOLDING:
+            assert motors == sent
+        sent = motors
+    assert out[-1][1] is Mode.HOLDING
+
+
 @pytest.mark.parametrize("index", [0, 1])
 def test_a_frozen_force_holds_within_a_second(index):
     feed = active()

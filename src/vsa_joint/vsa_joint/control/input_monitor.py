@@ -75,6 +75,11 @@ class InputMonitor:
                 return Fault(force, f"a plausible force of transmission_{number}")
         return None
 
+    def has_motors(self, inputs: Inputs, now_ns: int) -> bool:
+        """Whether the measured motor positions are present and within their timeout."""
+        late = self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
+        return inputs.motors is not None and late is None
+
     def lateness(self, inputs: Inputs, now_ns: int) -> str:
         """Why the joint estimate is too old for feedback, by its stamp; empty where it is not."""
         age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)

@@ -96,7 +96,7 @@ class Supervisor:
         measurement = None if fault else self._update_measurement(inputs, now_ns)
         condition = self._condition(self.target, fault, measurement, inputs, now_ns)
         controlled, engage = self._is_controlled, self._mode.needs_engagement(now_ns)
-        positions = inputs.motors if inputs.motors is not None else self._sent
+        positions = inputs.motors if self._monitor.has_motors(inputs, now_ns) else self._sent
         changed = self._mode.handle(condition.event, positions, now_ns)
         self._explain(condition)
         if self.mode is Mode.HOLDING or measurement is None:
