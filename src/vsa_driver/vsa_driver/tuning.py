@@ -14,6 +14,12 @@ EPOCH_TOLERANCE_NS = _constant(
     "A stamp this near to the host's time comes from the host's clock or a clock synchronised with it.",
     "not ablated: adapters that count from their own start differ by years",
 )  # fmt: skip
+MAX_AHEAD_NS = _constant(
+    "MAX_AHEAD_NS", 100_000_000, "ns", 0, 10**9,
+    "A stamp further ahead of the host's time is of a clock that is not synchronised: a frame is captured before its "
+    "arrival.",
+    "not ablated: clocks synchronised by NTP agree to some 10 ms, by PTP to less",
+)  # fmt: skip
 MAX_CLOCK_DRIFT = _constant(
     "MAX_CLOCK_DRIFT", 2e-4, "1", 1e-6, 1e-2,
     "The offset of an adapter's clock grows at this rate until a frame with less delay lowers it.",
