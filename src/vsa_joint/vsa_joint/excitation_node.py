@@ -8,6 +8,7 @@ from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.serialization import deserialize_message
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from vsa_common.ros.node import OK, RELIABLE, STEADY, SuiteNode, Tasks
 from vsa_common.ros.process import run
@@ -62,7 +63,7 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
             self, Excite, "~/excite", execute_callback=lambda _: Excite.Result(),
             handle_accepted_callback=self._on_goal, cancel_callback=lambda _: CancelResponse.ACCEPT,
         )  # fmt: skip
-        self._timer = self.create_timer(1.0 / self.config.rate, self._on_timer, clock=STEADY)
+        self._timer = self._create_timer(self.config)
 
     def stop(self) -> None:
         self.destroy_timer(self._timer)
@@ -71,6 +72,10 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
         for subscription in self._subscriptions_of_run:
             self.destroy_subscription(subscription)
         self.destroy_publisher(self._commands)
+
+    def reconfigure(self, config: ExcitationConfig) -> None:
+        self.destroy_timer(self._timer)
+        self._timer = self._create_timer(config)
 
     def health(self) -> Tasks:
         procedure = self._procedure
@@ -87,6 +92,9 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
     @property
     def activity(self) -> str:
         return f"motor commands at {self.config.rate:g} Hz during a goal of {self.get_name()}/excite"
+
+    def _create_timer(self, config: ExcitationConfig) -> Timer:
+        return self.create_timer(1.0 / config.rate, self._on_timer, clock=STEADY)
 
     # Inputs.
 
