@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from vsa_driver.acquisition.calibration import TareError
+from vsa_driver.acquisition.calibration import TareError, take_tares
 from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
 from vsa_driver.acquisition.commands import CommandFrames
 from vsa_driver.acquisition.mapping import load_frames
@@ -129,10 +129,37 @@ def test_a_tare_does_not_average_across_a_silence_of_its_stream():
         router.add(transmission(20.0, 100, 1000 + i), later + i * MS)
     tare = router.transmissions["transmission_1"].tare
     with pytest.raises(TareError, match=f"{TARE_SAMPLES // 2} of {TARE_SAMPLES}"):
-        tare.take()
+        take_tares([tare])[0]
     for i in range(TARE_SAMPLES // 2, TARE_SAMPLES):
         router.add(transmission(20.0, 100, 1000 + i), later + i * MS)
-    assert tare.take() == pytest.approx(20.0)
+    assert take_tares([tare])[0] == pytest.approx(20.0)
+
+
+def test_a_tare_that_is_refused_for_one_transmission_changes_none():
+    router = Router(FRAMES, DriverSettings())
+    for i in range(TARE_SAMPLES):
+        router.add(transmission(20.0, 100, i), NOW + i * MS)
+        router.add(transmission(20.0 + i % 2, 100, i, number=2), NOW + i * MS)
+    with pytest.raises(TareError, match="not stationary"):
+        router.take_tares()
+    assert [channel.tare.offset for channel in router.transmissions.values()] == [0.0, 0.0]
+    for i in range(TARE_SAMPLES, 2 * TARE_SAMPLES):
+        router.add(transmission(30.0, 100, i, number=2), NOW + i * MS)
+    assert router.take_tares() == {"transmission_1": pytest.approx(20.0), "transmission_2": pytest.approx(30.0)}
+
+
+def test_the_tares_are_kept_by_another_router_as_far_as_the_parameters_are_the_same():
+    former = Router(FRAMES, DriverSettings())
+    for i in range(TARE_SAMPLES):
+        for number in (1, 2):
+            former.add(transmission(20.0 * number, 100, i, number), NOW + i * MS)
+    former.take_tares()
+    same = Router(FRAMES, DriverSettings())
+    assert same.keep_tares(former) == []
+    assert same.add(transmission(21.0, 100, 0), NOW)[0].force == pytest.approx(1.0)
+    other = configured("transmission_2", force_scale=2.0)
+    assert other.keep_tares(former) == ["transmission_2"]
+    assert other.add(transmission(41.0, 100, 0, number=2), NOW)[0].force == pytest.approx(82.0)
 
 
 def test_joint_and_motor_frames_become_samples():
