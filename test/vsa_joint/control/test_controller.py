@@ -86,6 +86,14 @@ def test_the_first_command_is_the_measured_position():
     assert loop.control.step(target, loop.measurement) == pytest.approx(loop.measurement.motors, abs=0.02)
 
 
+def test_without_a_reachable_stiffness_the_last_positions_stay():
+    loop = Loop()
+    loop.run(1.0, 2.0)
+    loop.control.reconfigure(ControlConfig(deflection_max=0.001))
+    elsewhere = replace(loop.measurement, motors=(0.0, 0.0))
+    assert loop.control.step(Target(0.0, 2.0), elsewhere) == loop.commands[-1]
+
+
 def test_steps_by_two_settle_within_a_second_and_preserve_the_equilibrium():
     loop = Loop()
     loop.run(3.0, 1.0)

@@ -259,6 +259,17 @@ def test_control_is_active_at_a_slow_rate():
     assert feed.run(500)[-1][1] is Mode.ACTIVE
 
 
+def test_limits_without_a_reachable_stiffness_hold_the_motors_until_there_is_one():
+    feed = active()
+    feed.supervisor.reconfigure(ControlConfig(deflection_max=0.001))
+    out = feed.run(300, motors=MOTORS) + feed.run(300, motors=(MOTORS[0] + 0.05, MOTORS[1]))
+    assert {row[1] for row in out} == {Mode.HOLDING}
+    assert len({row[3] for row in out}) == 1
+    assert "deflection_max" in out[-1][2]
+    feed.supervisor.reconfigure(ControlConfig())
+    assert feed.run(1000)[-1][1] is Mode.ACTIVE
+
+
 def test_motors_that_do_not_follow_are_detected():
     feed = Feed()
     out = feed.run(3000, joint=replace(GOOD, tension=(15.0, 15.0), stiffness=0.6))

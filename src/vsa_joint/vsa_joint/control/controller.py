@@ -53,6 +53,7 @@ class StiffnessControl:
         self._integral = 0.0  # of the equilibrium loop [rad]
         self._correction = 0.0  # of the equilibrium [rad]
         self._phase = 0.0  # of the self-excitation [rad]
+        self._sent = (0.0, 0.0)  # motor positions of the last period [rad]
         self._motors = MotorMap(config)
         self._motion = CoContractionMotion(config.joint)
         self._excitation = ReExcitation(config.joint)
@@ -76,6 +77,7 @@ class StiffnessControl:
         self._correction = self._force_rate = 0.0
         self._excitation, self._slack_protection = ReExcitation(self.joint), SlackProtection(self.joint)
         self._motion.start(self._force)
+        self._sent = measurement.motors
         self._motors.fit_zero(measurement.motors, self._force, self.equilibrium, measurement.springs)
 
     def check_command(self, target: Target, measurement: Measurement) -> Feasibility:
@@ -105,17 +107,24 @@ class StiffnessControl:
             return None
         return self._motors.clip_to_motors(reachable, self._load, equilibrium, springs)
 
+    def has_range(self, measurement: Measurement) -> bool:
+        """Whether the limits of force and deflection leave a range of the stiffness without load."""
+        return self._unloaded_range(measurement) is not None
+
     def predicted_error(self, target: Target, measurement: Measurement) -> float:
         """Predicted relative standard deviation of the stiffness at the target."""
         reachable = self.reachable(measurement, target.equilibrium)
         return math.inf if reachable is None else self._predicted_error(target, measurement.springs, reachable)
 
     def step(self, target: Target, measurement: Measurement, feedback: bool = True) -> tuple[float, float]:
-        """Motor positions [rad] for this period; without `feedback` the corrections keep their values."""
+        """Motor positions [rad] for this period; without `feedback` the corrections keep their values.
+
+        Without a reachable range they are those of the last period.
+        """
         self._update_equilibrium(measurement)
-        reachable = reachable_range(0.0, measurement.springs, self.joint, self._config)
+        reachable = self._unloaded_range(measurement)
         if reachable is None:
-            return measurement.motors
+            return self._sent
         self._update_force(target, measurement, reachable, feedback)
         rest_angle = self._rest_angle.step(target.equilibrium, self._config.rest_time, self._dt)
         if feedback:
@@ -135,7 +144,7 @@ class StiffnessControl:
         """
         self._update_equilibrium(measurement)
         springs, config = measurement.springs, self._config
-        reachable = reachable_range(0.0, springs, self.joint, config)
+        reachable = self._unloaded_range(measurement)
         if reachable is None:
             return last
         self._log_force.settle(config.smoothing_time, self._dt)
@@ -150,11 +159,15 @@ class StiffnessControl:
             min(max(second, last[1] - travel), last[1] + travel),
         )
 
+    def _unloaded_range(self, measurement: Measurement) -> StiffnessRange | None:
+        return reachable_range(0.0, measurement.springs, self.joint, self._config)
+
     def _positions(self, force: float, springs: Springs, reachable: StiffnessRange) -> tuple[float, float]:
         """Motor positions [rad] for a force of transmission_1 [N], clipped to the range, at the present equilibrium."""
         force = min(max(force, reachable.force_min), reachable.force_max)
         moved = self._motion.step(force, springs, self._dt)
-        return self._motors.clip(self._motors.positions_at(*moved, self._rest_angle.value + self._correction))
+        self._sent = self._motors.clip(self._motors.positions_at(*moved, self._rest_angle.value + self._correction))
+        return self._sent
 
     def _predicted_error(self, target: Target, springs: Springs, reachable: StiffnessRange) -> float:
         force = force_for(target.stiffness, self._load, springs, self.joint, reachable)

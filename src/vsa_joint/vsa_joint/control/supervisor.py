@@ -19,6 +19,7 @@ from vsa_joint.control.stiffness_range import stiffness_at_forces
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import FOLLOWING_ERROR, FOLLOWING_TIMEOUT_NS, RECOVERY_NS
 
+NO_RANGE = "no stiffness is within slack_margin, force_max and deflection_max"
 BY_EXCITATION = "a valid stiffness: the motors re-excite both transmissions"
 
 
@@ -146,6 +147,8 @@ class Supervisor:
         if fault is not None or measurement is None:
             fault = fault or Fault("no estimate yet", "an estimate of both transmissions")
             return _Condition(Event.FAULT, fault.text, fault.waits_for)
+        if not self.control.has_range(measurement):
+            return _Condition(Event.FAULT, NO_RANGE, "limits of force and deflection with a range")
         invalid, late = invalidity(inputs), self._monitor.lateness(inputs, now_ns)
         reason = invalid or late
         if not reason:
