@@ -128,7 +128,7 @@ IDLE_PERIOD_S = _constant(
 
 MAX_POSITION_AGE_S = _constant(
     "MAX_POSITION_AGE_S", 0.5, "s", 1e-2, 60,
-    "Motors are not armed on a measured position older than this.",
+    "Motors are not armed on a measured position older than this; joint and motors without a sample for it are silent.",
     "not ablated: motor states are sent at 10 Hz or faster",
 )  # fmt: skip
 LOG_PERIOD_S = _constant(
