@@ -2,6 +2,7 @@
 """Node: the action Excite. Moves the motors until the wanted quantities of both transmissions are known."""
 
 import time
+from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -18,7 +19,7 @@ from vsa_joint.excitation.inputs import Inputs, measure
 from vsa_joint.excitation.procedure import ExcitationRefused, Procedure
 from vsa_joint.excitation.sample_rate import SampleRate
 from vsa_joint.excitation.settings import ExcitationConfig
-from vsa_joint.excitation.tuning import FEEDBACK_PERIOD_NS, START_TIMEOUT_NS, YIELD_NS
+from vsa_joint.excitation.tuning import FEEDBACK_PERIOD_NS, OWN_COMMANDS, START_TIMEOUT_NS, YIELD_NS
 from vsa_joint.excitation_messages import goal_of, message_of
 from vsa_msgs.action import Excite
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
@@ -42,7 +43,7 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
         self._procedure: Procedure | None = None
         self._design: Future[Design] | None = None
         self._pool = ThreadPoolExecutor(1, "design")
-        self._own_stamps: set[int] = set()
+        self._own_stamps: deque[int] = deque(maxlen=OWN_COMMANDS)  # of commands whose echo is to come
         self._foreign_ns: int | None = None  # last motor command of another node
         self._message = JointState()  # names and frame_id are those of motor_states
         self._motor_states: bytes | None = None  # newest message
@@ -115,10 +116,9 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
         inputs.sample_rates[index] = self._rates[index].update(nanoseconds(message.header.stamp), message.samples_fused)
 
     def _on_command(self, message: JointState) -> None:
-        stamp = nanoseconds(message.header.stamp)
-        if stamp in self._own_stamps:
-            self._own_stamps.remove(stamp)
-        else:
+        try:
+            self._own_stamps.remove(nanoseconds(message.header.stamp))
+        except ValueError:
             self._foreign_ns = time.monotonic_ns()
 
     def _decode_motors(self) -> None:
@@ -193,7 +193,7 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
 
     def _command(self, motors: tuple[float, float]) -> None:
         stamp = self.get_clock().now()
-        self._own_stamps.add(stamp.nanoseconds)
+        self._own_stamps.append(stamp.nanoseconds)
         self._message.header.stamp, self._message.position = stamp.to_msg(), list(motors)
         self._commands.publish(self._message)
 
