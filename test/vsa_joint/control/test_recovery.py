@@ -53,7 +53,7 @@ class Plant:
     def invalidate(self, travel=math.inf):
         self.valid, self.travel, self._path = False, travel, np.zeros(2)
 
-    def run(self, seconds, stiffness, commands=True, push=0.0):
+    def run(self, seconds, stiffness, commands=True, push=0.0, equilibrium=0.0):
         """Rows of each period: mode, true stiffness, angle, force_1, force_2, motor_1, motor_2 as commanded."""
         rows = []
         self.rig.set_disturbance(push)
@@ -61,7 +61,7 @@ class Plant:
             self.now += 10 * MS
             self.read()
             if commands:
-                self.supervisor.command(Target(0.0, stiffness), self.inputs, self.now)
+                self.supervisor.command(Target(equilibrium, stiffness), self.inputs, self.now)
             motors = self.supervisor.step(self.inputs, self.now)
             self.rig.command(*motors)
             rows.append((self.supervisor.mode, *self.truth(), *motors))
@@ -232,3 +232,13 @@ def test_a_push_does_not_end_the_re_excitation():
     plant.run(1.0, 1.0)
     rows = plant.run(12.0, 1.0, push=0.1)
     assert modes(rows) == [Mode.EXCITING, Mode.ACTIVE]
+
+
+@pytest.mark.parametrize("equilibrium", [0.8, 1.6])
+def test_a_step_of_the_equilibrium_keeps_the_speed_limit_of_the_motors_and_is_reached(equilibrium):
+    plant = resting(1.0)
+    rows = plant.run(6.0, 1.0, equilibrium=equilibrium)
+    assert modes(rows) == [Mode.ACTIVE]
+    assert plant.supervisor.target.equilibrium == equilibrium
+    assert np.abs(np.diff(numbers(rows)[:, -2:], axis=0)).max() <= 1.2 * plant.config.motor_speed * PERIOD
+    assert numbers(rows)[-100:, 1] == pytest.approx(equilibrium, abs=0.01)

@@ -14,7 +14,7 @@ import math
 
 from vsa_joint.control.motor_map import MotorMap
 from vsa_joint.control.records import Feasibility, Measurement, Target
-from vsa_joint.control.setpoint_filter import RateLimitedFilter, SetpointFilter
+from vsa_joint.control.setpoint_filter import RateLimitedFilter
 from vsa_joint.control.springs import Springs, force_variance, position_variance
 from vsa_joint.control.stiffness_range import (
     StiffnessRange,
@@ -23,11 +23,10 @@ from vsa_joint.control.stiffness_range import (
     reachable_range,
     relative_std,
 )
-from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation, SlackProtection
+from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation, SelfExcitation, SlackProtection
 from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import (
-    DITHER_SPEED_SHARE,
     MIN_FORCE_ABOVE_OFFSET,
     MIN_STIFFNESS,
     SETTLE_BAND,
@@ -41,23 +40,22 @@ class StiffnessControl:
     def __init__(self, config: ControlConfig) -> None:
         self.joint = config.joint
         self.equilibrium = 0.0  # estimated, unloaded [rad]
-        self.exciting = False
         self._config = config
         self._dt = 1.0 / config.rate  # s
         self._deflection = 0.0  # due to the load [rad]
         self._load = 0.0  # low-pass filtered external torque [N m]
         self._least_force = 0.0  # N, the larger of both springs
-        self._log_force, self._rest_angle = RateLimitedFilter(0.0), SetpointFilter(0.0)  # ln(F - F0); rad
+        self._log_force, self._rest_angle = RateLimitedFilter(0.0), RateLimitedFilter(0.0)  # ln(F - F0); rad
         self._force_rate = 0.0  # of the filtered set-point [N/s]
         self._integral_trim = 0.0  # ln K
         self._integral = 0.0  # of the equilibrium loop [rad]
         self._correction = 0.0  # of the equilibrium [rad]
-        self._phase = 0.0  # of the self-excitation [rad]
         self._sent = (0.0, 0.0)  # motor positions of the last period [rad]
         self._motors = MotorMap(config)
         self._motion = CoContractionMotion(config.joint)
         self._excitation = ReExcitation(config.joint)
         self._slack_protection = SlackProtection(config.joint)
+        self._dither = SelfExcitation(config.joint)
 
     def reconfigure(self, config: ControlConfig) -> None:
         """Apply the tunable parameters of another configuration; the state stays."""
@@ -72,10 +70,10 @@ class StiffnessControl:
         self.equilibrium = measurement.angle - self._deflection
         self._least_force = max(spring.least_force for spring in measurement.springs)
         log_force = self._log_above_offset(unloaded_force(measurement.tension, self._config.radius))
-        self._log_force, self._rest_angle = RateLimitedFilter(log_force), SetpointFilter(self.equilibrium)
-        self._integral_trim = self._integral = self._phase = 0.0
-        self._correction = self._force_rate = 0.0
+        self._log_force, self._rest_angle = RateLimitedFilter(log_force), RateLimitedFilter(self.equilibrium)
+        self._integral_trim = self._integral = self._correction = self._force_rate = 0.0
         self._excitation, self._slack_protection = ReExcitation(self.joint), SlackProtection(self.joint)
+        self._dither = SelfExcitation(self.joint)
         self._motion.start(self._force)
         self._sent = measurement.motors
         self._motors.fit_zero(measurement.motors, self._force, self.equilibrium, measurement.springs)
@@ -126,12 +124,19 @@ class StiffnessControl:
         if reachable is None:
             return self._sent
         self._update_force(target, measurement, reachable, feedback)
-        rest_angle = self._rest_angle.step(target.equilibrium, self._config.rest_time, self._dt)
+        rest_angle = self._update_rest_angle(target)
         if feedback:
             self._correction = self._update_correction(rest_angle)
-        self._slack_protection.step(measurement, self._force, self._force_rate, self._config)
-        force = self._force + self._slack_protection.force + self._update_dither(target, measurement, reachable)
-        return self._positions(force + self._excitation.fade(self._config), measurement.springs, reachable)
+        springs, config = measurement.springs, self._config
+        self._slack_protection.step(measurement, self._force, self._force_rate, config)
+        force = self._force + self._slack_protection.force
+        force += self._dither.step(target.stiffness, self._load, self._force, springs, reachable, config)
+        return self._positions(force + self._excitation.fade(config), springs, reachable)
+
+    @property
+    def exciting(self) -> bool:
+        """Whether the self-excitation is active."""
+        return self._dither.active
 
     def start_excitation(self) -> None:
         """Begin `excite`: the present unloaded equilibrium is its reference."""
@@ -205,6 +210,12 @@ class StiffnessControl:
             trim = self._integral_trim + config.stiffness_gain * self._dt * error
             self._integral_trim = min(max(trim, -TRIM_MAX), TRIM_MAX)
 
+    def _update_rest_angle(self, target: Target) -> float:
+        """Filter the equilibrium [rad], so that no motor exceeds its speed limit by it."""
+        config = self._config
+        rate = config.motor_speed * config.motor_pulley_radius / max(config.radius)
+        return self._rest_angle.step(target.equilibrium, rate, config.rest_time, self._dt)
+
     def _update_correction(self, rest_angle: float) -> float:
         """PI control of the unloaded equilibrium [rad]; the dead band avoids limit cycles due to friction."""
         config, error = self._config, rest_angle - self.equilibrium
@@ -212,26 +223,6 @@ class StiffnessControl:
         integral = self._integral + config.equilibrium_integral * self._dt * error
         self._integral = min(max(integral, -config.correction_max), config.correction_max)
         return config.equilibrium_gain * error + self._integral
-
-    def _update_dither(self, target: Target, measurement: Measurement, reachable: StiffnessRange) -> float:
-        """Common force [N] of the self-excitation, without torque, while the predicted stiffness error is large."""
-        config, springs = self._config, measurement.springs
-        if config.dither_amplitude == 0.0:
-            return 0.0
-        force = force_for(target.stiffness, self._load, springs, self.joint, reachable)
-        error = relative_std(force, self._load, springs, self.joint)
-        if error > config.dither_error:
-            self.exciting = True
-        elif self._phase == 0.0 or error < 0.5 * config.dither_error:
-            self.exciting = False
-        if not self.exciting:
-            self._phase = 0.0
-            return 0.0
-        self._phase += 2.0 * math.pi * config.dither_frequency * self._dt
-        speed = min(spring.peak_speed for spring in springs)
-        amplitude_max = DITHER_SPEED_SHARE * speed / (2.0 * math.pi * config.dither_frequency)
-        softer = min(spring.stiffness(self._force) for spring in springs)
-        return softer * min(config.dither_amplitude, amplitude_max) * math.sin(self._phase)
 
     @property
     def _force(self) -> float:

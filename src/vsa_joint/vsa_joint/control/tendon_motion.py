@@ -10,7 +10,7 @@ import math
 
 from vsa_joint.control.records import Measurement
 from vsa_joint.control.springs import Spring, Springs
-from vsa_joint.control.stiffness_range import StiffnessRange, partner_force
+from vsa_joint.control.stiffness_range import StiffnessRange, force_for, partner_force, relative_std
 from vsa_joint.geometry import Joint, TendonPath
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import (
@@ -152,3 +152,39 @@ class SlackProtection:
         excess = max(0.0, max(forces) - config.force_max)
         decay = PROTECTION_DECAY * self.force
         self.force += 1.0 / config.rate * (PROTECTION_GAIN * (lacking - excess) - decay)
+
+
+class SelfExcitation:
+    """Sinusoidal common force [N] without torque while the predicted error of the stiffness is large."""
+
+    def __init__(self, joint: Joint) -> None:
+        self.active = False
+        self._joint = joint
+        self._phase = 0.0  # rad
+
+    def step(
+        self,
+        stiffness: float,
+        torque: float,
+        about: float,
+        springs: Springs,
+        reachable: StiffnessRange,
+        config: ControlConfig,
+    ) -> float:
+        """Force [N] after a control period with a target `stiffness` [N m/rad], a load [N m], and `about` [N]."""
+        if config.dither_amplitude == 0.0:
+            return 0.0
+        force = force_for(stiffness, torque, springs, self._joint, reachable)
+        error = relative_std(force, torque, springs, self._joint)
+        if error > config.dither_error:
+            self.active = True
+        elif self._phase == 0.0 or error < 0.5 * config.dither_error:
+            self.active = False
+        if not self.active:
+            self._phase = 0.0
+            return 0.0
+        self._phase += 2.0 * math.pi * config.dither_frequency * (1.0 / config.rate)
+        speed = min(spring.peak_speed for spring in springs)
+        amplitude_max = DITHER_SPEED_SHARE * speed / (2.0 * math.pi * config.dither_frequency)
+        softer = min(spring.stiffness(about) for spring in springs)
+        return softer * min(config.dither_amplitude, amplitude_max) * math.sin(self._phase)
