@@ -10,8 +10,9 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
+from vsa_common.stamps import NANOSECONDS
 from vsa_joint.control.controller import StiffnessControl
-from vsa_joint.control.input_monitor import MOTION, SECOND_NS, InputMonitor, invalidity
+from vsa_joint.control.input_monitor import MOTION, InputMonitor, invalidity
 from vsa_joint.control.mode import Event, Mode, OperatingMode, Positions
 from vsa_joint.control.records import Fault, Feasibility, Inputs, Measurement, Target
 from vsa_joint.control.springs import Springs
@@ -122,14 +123,14 @@ class Supervisor:
 
     def _is_command_missing(self, now_ns: int) -> bool:
         """Whether the last command, or its repetition, is older than its timeout."""
-        return now_ns - self._command_ns > int(self._config.command_timeout * SECOND_NS)
+        return now_ns - self._command_ns > int(self._config.command_timeout * NANOSECONDS)
 
     def _explain(self, condition: _Condition) -> None:
         """State reason and end of the mode; a hold with healthy inputs keeps its reason."""
         if self.mode is Mode.ACTIVE:
             self.reason, self.waits_for = self.feasibility.text if self.feasibility is not None else "", ""
         elif self.mode is Mode.HOLDING and condition.event is not Event.FAULT:
-            self.waits_for = f"inputs without a fault for {RECOVERY_NS / SECOND_NS:g} s"
+            self.waits_for = f"inputs without a fault for {RECOVERY_NS / NANOSECONDS:g} s"
         else:
             self.reason, self.waits_for = condition.reason, condition.waits_for
 
@@ -154,7 +155,7 @@ class Supervisor:
         if not reason:
             self.law_error = 0.0
             return _Condition(Event.VALID)
-        age = (now_ns - self._law_ns) / SECOND_NS
+        age = (now_ns - self._law_ns) / NANOSECONDS
         drift = self._config.law_drift * math.sqrt(age)
         self.law_error = math.hypot(self.control.predicted_error(target, measurement), drift)
         if self.law_error <= self._config.law_error_max:
