@@ -198,6 +198,7 @@ class StiffnessControl:
     ) -> None:
         """Filter ln(F - F0) towards the force of the target stiffness; integral trim within the settle band."""
         config, springs = self._config, measurement.springs
+        self._lower_offset(springs)
         trimmed = target.stiffness * math.exp(self._integral_trim)
         setpoint = self._log_above_offset(force_for(trimmed, 0.0, springs, self.joint, reachable))
         rate = force_rate(self._force, config.motor_speed * config.motor_pulley_radius, springs, self.joint)
@@ -209,6 +210,13 @@ class StiffnessControl:
             error = math.log(target.stiffness / max(measurement.stiffness, MIN_STIFFNESS))
             trim = self._integral_trim + config.stiffness_gain * self._dt * error
             self._integral_trim = min(max(trim, -TRIM_MAX), TRIM_MAX)
+
+    def _lower_offset(self, springs: Springs) -> None:
+        """Offset of the logarithmic set-point of another law whose springs bear less; the filter begins anew there."""
+        least_force = max(spring.least_force for spring in springs)
+        if least_force < self._least_force - MIN_FORCE_ABOVE_OFFSET:
+            force, self._least_force = self._force, least_force
+            self._log_force = RateLimitedFilter(self._log_above_offset(force))
 
     def _update_rest_angle(self, target: Target) -> float:
         """Filter the equilibrium [rad], so that no motor exceeds its speed limit by it."""
