@@ -5,9 +5,11 @@ import time
 from collections.abc import Collection, Mapping, Sequence
 
 from vsa_common.ros.diagnostics import ERROR, OK, WARN, CounterDelta, Health, Tasks, format_increases
+from vsa_driver.acquisition.channel import JointChannel, MotorChannel
 from vsa_driver.acquisition.router import Router
 from vsa_driver.can.link import BusLink
 from vsa_driver.motors.motor import MotorGate
+from vsa_driver.tuning import MAX_POSITION_AGE_S
 
 BUS, JOINT, MOTORS = "bus", "joint", "motors"  # tasks besides those of the transmissions
 MIN_SPAN = 0.5  # [s] over which a rate is measured
@@ -27,6 +29,8 @@ class DriverHealth:
         """The parts of the driver whose counters are assessed."""
         self._router, self._link, self._gate = router, link, gate
         self._delta = CounterDelta()
+        self._begin_s = time.monotonic()
+        self._seen: dict[str, tuple[int, float]] = {}  # by message: samples, and when the last one was seen [s]
 
     def assess(self, silent: Collection[str], max_delay_ns: int, holding: bool) -> Tasks:
         """Health of all tasks.
@@ -34,23 +38,23 @@ class DriverHealth:
         `silent` are transmissions without samples, `max_delay_ns` the longest delay from capture to publication,
         `holding` whether the motors' own watchdog holds them.
         """
-        router = self._router
+        router, now_s = self._router, time.monotonic()
         bus = router.counts() | {name: getattr(self._link, name) for name in ("malformed", "failures", "reopened")}
-        counts = {BUS: bus, JOINT: {}, MOTORS: {"commands_refused": self._gate.refused}}
+        counts = {BUS: bus, JOINT: {}, MOTORS: self._of_gate()}
         counts |= {name: channel.counts() for name, channel in router.transmissions.items()}
         for channel in router.joint:
             counts[JOINT] |= channel.counts()
         if router.motors is not None:
             counts[MOTORS] |= router.motors.counts()
         flat = {f"{task}.{name}": count for task, one in counts.items() for name, count in one.items()}
-        increases = self._delta.increases(flat, time.monotonic())
+        increases = self._delta.increases(flat, now_s)
         found: dict[str, Health] = {
             BUS: self._bus({**bus, "publish_delay_max_ms": round(max_delay_ns / 1e6, 2)}, _of(BUS, increases)),
             **{
                 name: self._transmission(name, counts[name], increases, name in silent) for name in router.transmissions
             },
-            JOINT: _counted(counts[JOINT], _of(JOINT, increases), "active" if router.joint else "not mapped"),
-            MOTORS: self._motors(counts[MOTORS], _of(MOTORS, increases), holding),
+            JOINT: self._joint(counts[JOINT], _of(JOINT, increases), now_s),
+            MOTORS: self._motors(counts[MOTORS], _of(MOTORS, increases), holding, now_s),
         }
         return found
 
@@ -68,24 +72,45 @@ class DriverHealth:
         tare = self._router.transmissions[name].tare.offset
         own = {"rate_hz": round(rate, 1), "tare_n": tare, **counts}
         text = f"{rate:.0f} Hz" if self._delta.span > MIN_SPAN else "active"
-        level, text, values = _counted(own, _of(name, increases), text)
-        if silent:
-            return ERROR, f"no samples; {text}" if level else "no samples", values
-        return level, text, values
+        health = _counted(own, _of(name, increases), text)
+        return _without_samples(health) if silent else health
 
-    def _motors(self, counts: Mapping[str, int], increases: Mapping[str, int], holding: bool) -> Health:
-        gate = self._gate
+    def _joint(self, counts: Mapping[str, int], increases: Mapping[str, int], now_s: float) -> Health:
+        health = _counted(counts, increases, "active" if self._router.joint else "not mapped")
+        silent = [channel for channel in self._router.joint if self._is_silent(channel, now_s)]
+        return _without_samples(health) if silent else health
+
+    def _motors(self, counts: Mapping[str, int], increases: Mapping[str, int], holding: bool, now_s: float) -> Health:
+        gate, channel = self._gate, self._router.motors
+        silent = channel is not None and self._is_silent(channel, now_s)
         values = {
             "motors": gate.state,
             "reason": gate.reason,
             "rate_limited": gate.rate_limited,
-            "command_timeouts": gate.timeouts,
-            "device_watchdog": "holding" if holding else "fed",
+            "device_watchdog": "unknown" if silent or channel is None else "holding" if holding else "fed",
             **counts,
         }
         if self._router.motors is None and self._router.commands is None:
             return OK, "not mapped", values
-        return _counted(values, increases, gate.state)
+        health = _counted(values, increases, gate.state)
+        return _without_samples(health) if silent else health
+
+    def _of_gate(self) -> dict[str, int]:
+        """Counters of the faults of commands."""
+        return {"commands_refused": self._gate.refused, "command_timeouts": self._gate.timeouts}
+
+    def _is_silent(self, channel: JointChannel | MotorChannel, now_s: float) -> bool:
+        """Whether a message of joint or motors has had no sample for MAX_POSITION_AGE_S, since the start at first."""
+        samples, (before, seen_s) = channel.stream.samples, self._seen.get(channel.name, (0, self._begin_s))
+        if samples != before:
+            seen_s = now_s
+        self._seen[channel.name] = samples, seen_s
+        return now_s - seen_s > MAX_POSITION_AGE_S
+
+
+def _without_samples(health: Health) -> Health:
+    level, text, values = health
+    return ERROR, f"no samples; {text}" if level else "no samples", values
 
 
 def _of(task: str, increases: Mapping[str, int]) -> dict[str, int]:

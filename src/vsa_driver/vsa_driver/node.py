@@ -42,6 +42,7 @@ class DriverNode(SuiteNode[DriverSettings]):
         super().__init__(name, DriverSettings, namespace)
         self.on_idle: Callable[[int], None] | None = None  # callback of `BusLink`; a subclass sets it before `start`
         self._single_threaded = single_threaded
+        self._former_router: Router | None = None  # of the last activation
 
     def configure(self) -> None:
         """Read the DBC file, check mapping and calibration, and open the bus once."""
@@ -51,6 +52,9 @@ class DriverNode(SuiteNode[DriverSettings]):
     def start(self) -> None:
         config, motors = self.config, self.config.motors
         self._router = Router(load_frames(config.dbc), config)
+        if self._former_router is not None:
+            for name in self._router.keep_tares(self._former_router):
+                self.get_logger().warning(f"{name}: tare discarded, as its parameters have changed")
         self._motors = list(motors.names)
         self._gate = MotorGate(_limits(motors), len(self._motors))
         self._capture_clock = CaptureClock()
@@ -79,6 +83,7 @@ class DriverNode(SuiteNode[DriverSettings]):
     def stop(self) -> None:
         self._gate.disarm("stopped")
         self.link.close()
+        self._former_router = self._router
         self._flush()
         self._destroy_timers()
         for service in self._own_services:
@@ -178,8 +183,8 @@ class DriverNode(SuiteNode[DriverSettings]):
             response.message = f"no samples of {' and '.join(timed_out)}"
             return response
         try:
-            channels = self._router.transmissions.items()
-            response.message = ", ".join(f"{name} {channel.tare.take():+.4f} N" for name, channel in channels)
+            offsets = self._router.take_tares().items()
+            response.message = ", ".join(f"{name} {offset:+.4f} N" for name, offset in offsets)
             response.success = True
             self.get_logger().info(f"tare: {response.message}")
         except TareError as error:

@@ -14,10 +14,25 @@ EPOCH_TOLERANCE_NS = _constant(
     "A stamp this near to the host's time comes from the host's clock or a clock synchronised with it.",
     "not ablated: adapters that count from their own start differ by years",
 )  # fmt: skip
+MAX_AHEAD_NS = _constant(
+    "MAX_AHEAD_NS", 100_000_000, "ns", 0, 10**9,
+    "A stamp further ahead of the host's time is of a clock that is not synchronised: a frame is captured before its "
+    "arrival.",
+    "not ablated: clocks synchronised by NTP agree to some 10 ms, by PTP to less",
+)  # fmt: skip
 MAX_CLOCK_DRIFT = _constant(
     "MAX_CLOCK_DRIFT", 2e-4, "1", 1e-6, 1e-2,
     "The offset of an adapter's clock grows at this rate until a frame with less delay lowers it.",
     "derivation: twice the 100 ppm of a common crystal oscillator",
+)  # fmt: skip
+
+# Merging of messages
+
+MERGE_SHARE = _constant(
+    "MERGE_SHARE", 0.75, "1", 0.5, 1,
+    "Frames of different messages are of one sample up to this share of the sampling period. One of the two distances "
+    "between alternating frames is at most half of the period; the rest is for their jitter.",
+    "derivation: middle between half of a period and one",
 )  # fmt: skip
 
 # Rolling counter
@@ -113,7 +128,7 @@ IDLE_PERIOD_S = _constant(
 
 MAX_POSITION_AGE_S = _constant(
     "MAX_POSITION_AGE_S", 0.5, "s", 1e-2, 60,
-    "Motors are not armed on a measured position older than this.",
+    "Motors are not armed on a measured position older than this; joint and motors without a sample for it are silent.",
     "not ablated: motor states are sent at 10 Hz or faster",
 )  # fmt: skip
 LOG_PERIOD_S = _constant(

@@ -22,7 +22,7 @@ def goal_of(request: Excite.Goal, config: ExcitationConfig) -> Goal:
     return Goal(
         quantities,
         request.relative_interval,
-        duration=request.duration or config.duration,
+        duration=min(request.duration or config.duration, config.duration),
         travel=min(request.travel or config.travel, config.travel),
         speed=min(request.speed or config.speed, config.speed),
         force_max=min(2.0 * request.tension or config.force_max, config.force_max),

@@ -2,12 +2,14 @@
 """Node: the action Excite. Moves the motors until the wanted quantities of both transmissions are known."""
 
 import time
+from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.serialization import deserialize_message
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from vsa_common.ros.node import OK, RELIABLE, STEADY, SuiteNode, Tasks
 from vsa_common.ros.process import run
@@ -17,7 +19,7 @@ from vsa_joint.excitation.inputs import Inputs, measure
 from vsa_joint.excitation.procedure import ExcitationRefused, Procedure
 from vsa_joint.excitation.sample_rate import SampleRate
 from vsa_joint.excitation.settings import ExcitationConfig
-from vsa_joint.excitation.tuning import FEEDBACK_PERIOD_NS, START_TIMEOUT_NS, YIELD_NS
+from vsa_joint.excitation.tuning import FEEDBACK_PERIOD_NS, OWN_COMMANDS, START_TIMEOUT_NS, YIELD_NS
 from vsa_joint.excitation_messages import goal_of, message_of
 from vsa_msgs.action import Excite
 from vsa_msgs.msg import EstimatorState, TransmissionImpedance
@@ -41,7 +43,7 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
         self._procedure: Procedure | None = None
         self._design: Future[Design] | None = None
         self._pool = ThreadPoolExecutor(1, "design")
-        self._own_stamps: set[int] = set()
+        self._own_stamps: deque[int] = deque(maxlen=OWN_COMMANDS)  # of commands whose echo is to come
         self._foreign_ns: int | None = None  # last motor command of another node
         self._message = JointState()  # names and frame_id are those of motor_states
         self._motor_states: bytes | None = None  # newest message
@@ -62,7 +64,7 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
             self, Excite, "~/excite", execute_callback=lambda _: Excite.Result(),
             handle_accepted_callback=self._on_goal, cancel_callback=lambda _: CancelResponse.ACCEPT,
         )  # fmt: skip
-        self._timer = self.create_timer(1.0 / self.config.rate, self._on_timer, clock=STEADY)
+        self._timer = self._create_timer(self.config)
 
     def stop(self) -> None:
         self.destroy_timer(self._timer)
@@ -71,6 +73,10 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
         for subscription in self._subscriptions_of_run:
             self.destroy_subscription(subscription)
         self.destroy_publisher(self._commands)
+
+    def reconfigure(self, config: ExcitationConfig) -> None:
+        self.destroy_timer(self._timer)
+        self._timer = self._create_timer(config)
 
     def health(self) -> Tasks:
         procedure = self._procedure
@@ -87,6 +93,9 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
     @property
     def activity(self) -> str:
         return f"motor commands at {self.config.rate:g} Hz during a goal of {self.get_name()}/excite"
+
+    def _create_timer(self, config: ExcitationConfig) -> Timer:
+        return self.create_timer(1.0 / config.rate, self._on_timer, clock=STEADY)
 
     # Inputs.
 
@@ -107,10 +116,9 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
         inputs.sample_rates[index] = self._rates[index].update(nanoseconds(message.header.stamp), message.samples_fused)
 
     def _on_command(self, message: JointState) -> None:
-        stamp = nanoseconds(message.header.stamp)
-        if stamp in self._own_stamps:
-            self._own_stamps.remove(stamp)
-        else:
+        try:
+            self._own_stamps.remove(nanoseconds(message.header.stamp))
+        except ValueError:
             self._foreign_ns = time.monotonic_ns()
 
     def _decode_motors(self) -> None:
@@ -185,7 +193,7 @@ class ExcitationNode(SuiteNode[ExcitationConfig]):
 
     def _command(self, motors: tuple[float, float]) -> None:
         stamp = self.get_clock().now()
-        self._own_stamps.add(stamp.nanoseconds)
+        self._own_stamps.append(stamp.nanoseconds)
         self._message.header.stamp, self._message.position = stamp.to_msg(), list(motors)
         self._commands.publish(self._message)
 

@@ -28,7 +28,7 @@ from vsa_joint.impedance.pairing import TransmissionEstimate
 from vsa_joint.impedance.propagation import ImpedanceEstimate
 from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.settings import CONSISTENT, PAPER, JointConfig
-from vsa_joint.tuning import RANGE_PERIOD_NS
+from vsa_joint.tuning import MEASUREMENT_TIMEOUT_NS, RANGE_PERIOD_NS
 from vsa_msgs.msg import EstimatorState, JointImpedance, TransmissionImpedance
 
 IMPEDANCE = "impedance"  # task of the diagnostics
@@ -54,7 +54,7 @@ class JointNode(SuiteNode[JointConfig]):
         self._writer = Writer(JointImpedance(header=self._header))
         self._impedances = ThrottledPublisher(self, JointImpedance, "joint_impedance")
         self._states: list[bytes | None] = [None, None]
-        self._motor_map, self._motors = MotorMap(self.config), b""
+        self._motor_map, self._motors, self._motors_ns = MotorMap(self.config), b"", 0
         self._range_ns = 0
         self._inputs = self.listen()
         self._inputs += [
@@ -145,7 +145,7 @@ class JointNode(SuiteNode[JointConfig]):
             self._update_range()
 
     def _on_motors(self, data: bytes) -> None:
-        self._motors = data
+        self._motors, self._motors_ns = data, time.monotonic_ns()
 
     def _on_timeout_check(self) -> None:
         with self.lock:
@@ -166,12 +166,17 @@ class JointNode(SuiteNode[JointConfig]):
                 self._range = (reachable.stiffness_min, reachable.stiffness_max, True)
 
     def _reachable(self, springs: Springs, newest: JointEstimate) -> StiffnessRange | None:
-        """Reachable stiffness by the limits of springs, tendons and, where they are measured, motors."""
+        """Reachable stiffness by the limits of springs, tendons and, where they are measured, motors.
+
+        None while measured motors are silent.
+        """
         torque = -newest.motion_torque
         reachable = reachable_range(torque, springs, self._joint, self.config)
         motors = list(deserialize_message(self._motors, JointState).position) if self._motors else []
         if reachable is None or len(motors) < len(springs):
             return reachable
+        if time.monotonic_ns() - self._motors_ns > MEASUREMENT_TIMEOUT_NS:
+            return None
         # at the present angle, so that zero is a valid reference of the angle
         force = unloaded_force(newest.tension, self.config.radius)
         self._motor_map.fit_zero((motors[0], motors[1]), force, 0.0, springs)

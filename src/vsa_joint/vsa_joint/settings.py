@@ -95,12 +95,19 @@ class ControlConfig(Geometry, Limits, Motors):
     """Parameters of the stiffness controller."""
 
     rate: float = quantity(100.0, "Hz", 10.0, 1000.0, "rate of motor commands", tunable=True)
-    rest_time: float = quantity(0.1, "s", 1e-3, 10.0, "time constant of the equilibrium set-point filter", tunable=True)
+    rest_time: float = quantity(
+        0.1, "s", 1e-3, 10.0, "time constant of the three lags of the equilibrium set-point filter", tunable=True
+    )
     smoothing_time: float = quantity(
         0.04, "s", 1e-3, 10.0, "time constant of the three lags of the stiffness set-point filter", tunable=True
     )
     motor_speed: float = quantity(
-        3.5, "rad/s", 0.01, 100.0, "speed limit of a motor's set-point in a change of the stiffness", tunable=True
+        3.5,
+        "rad/s",
+        0.01,
+        100.0,
+        "speed limit of a motor's set-point in a change of the stiffness, or of the equilibrium",
+        tunable=True,
     )
     stiffness_gain: float = quantity(
         2.0, "1/s", 0.0, 20.0, "integral gain on the logarithm of the stiffness", tunable=True

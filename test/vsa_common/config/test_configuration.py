@@ -86,6 +86,26 @@ def test_a_parameter_file_is_found_by_every_key_that_ros_accepts(tmp_path, key):
     assert (config.noise, config.spring.k2) == (0.5, 300.0)
 
 
+def test_a_parameter_file_with_nested_namespaces_is_read_as_by_ros(tmp_path):
+    file = tmp_path / "rig.yaml"
+    file.write_text(
+        "/**: {ros__parameters: {noise: 0.25}}\n"
+        "lab: {left: {estimator_1: {ros__parameters: {noise: 0.5}}}}\n"
+        "/lab/right/**: {ros__parameters: {noise: 0.75}}\n"
+    )
+    assert load(file, "estimator_1", Example).noise == 0.5
+    assert load(file, "estimator_2", Example).noise == 0.75
+
+
+def test_a_node_in_several_namespaces_of_a_parameter_file_is_an_error_that_names_them(tmp_path):
+    file = tmp_path / "rig.yaml"
+    file.write_text(
+        "".join(f"/{side}/estimator_1: {{ros__parameters: {{noise: 0.5}}}}\n" for side in ("left", "right"))
+    )
+    with pytest.raises(ConfigurationError, match=r"rig\.yaml: estimator_1 is in the namespaces /left and /right"):
+        load(file, "estimator_1", Example)
+
+
 @pytest.mark.parametrize(
     "text", ["a: [1\n b: 2", "just words", "estimator_1: 3", "estimator_1: {ros__parameters: {noise: -1.0}}"]
 )

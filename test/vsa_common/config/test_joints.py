@@ -7,6 +7,7 @@ from vsa_common.config.joints import joints
 
 SHARED = "/**/driver: {ros__parameters: {silence: 0.2}}\n"
 LEFT = "/left/driver: {ros__parameters: {counters_rate: 5.0}}\n/left/joint: {ros__parameters: {}}\n"
+NESTED = "lab: {left: {driver: {ros__parameters: {silence: 0.2}}}}\n"
 RIGHT = "/lab/right/driver: {ros__parameters: {}}\n"
 
 
@@ -25,6 +26,7 @@ def arguments(folder, *texts):
         ((SHARED,), ["vsa"]),
         ((SHARED + LEFT,), ["left"]),
         ((SHARED + LEFT, RIGHT + LEFT), ["left", "lab/right"]),
+        ((SHARED + NESTED + RIGHT,), ["lab/left", "lab/right"]),
     ],
 )
 def test_a_joint_is_a_namespace_in_which_a_file_names_a_driver(tmp_path, texts, found):

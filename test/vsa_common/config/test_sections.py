@@ -38,6 +38,13 @@ def test_sections_in_nested_namespaces_are_found(tmp_path):
     assert sections(tmp_path / "nested.yaml") == {"/vsa/left/driver": {"a": {"b": 1}}, "/**": {}}
 
 
+@pytest.mark.parametrize("text", ["vsa: {driver: 3}", "/vsa/driver: {ros__parameters: 3}", "/vsa/driver:"])
+def test_a_value_outside_of_a_section_is_named_as_in_rcl(tmp_path, text):
+    (tmp_path / "file.yaml").write_text(text)
+    with pytest.raises(ConfigurationError, match=r"file\.yaml: /vsa/driver has no ros__parameters"):
+        sections(tmp_path / "file.yaml")
+
+
 def test_files_without_a_section_of_a_node(tmp_path):
     one, two, launch = tmp_path / "one.yaml", tmp_path / "two.yaml", tmp_path / "launch_params_x.yaml"
     one.write_text("/left/driver: {ros__parameters: {a: 1}}")

@@ -190,6 +190,16 @@ def test_qos_overrides_change_the_policies(start, tmp_path):
     assert (RELIABLE.reliability, RELIABLE.depth) == (ReliabilityPolicy.RELIABLE, 1000)  # of all other topics
 
 
+def test_an_unexpected_error_in_a_transition_is_reported_with_its_type(start, tmp_path):
+    (tmp_path / "device").touch()
+    node, seen = start(f"device:={tmp_path}/device", "qos_overrides./vsa/text.publisher.reliability:=best_efort")
+    with pytest.raises(StartRefused, match=r"Error\(.*best_efort"):
+        node.autostart()
+    seen.until(lambda: any("best_efort" in line for line in seen.lines()))
+    seen.until(lambda: seen.level("device") == ERROR)
+    assert "best_efort" in seen.statuses["/vsa/example: device"].message
+
+
 PROCESS = """
 import sys
 from test_node import ExampleNode

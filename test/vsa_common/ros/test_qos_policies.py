@@ -54,12 +54,12 @@ for _ in range(3):
     if "stopping" in sys.argv:
         time.sleep(0.1)  # the events are queued while the node does not spin
     else:
-        spin(lambda: node._qos_monitor.conflicts == 2, 20.0)
+        spin(lambda: len(node._qos_monitor._conflicts) == 2, 20.0)
         print(node._qos_monitor.message)
     node.trigger_deactivate()
     peer.destroy_publisher(publisher)
     peer.destroy_subscription(subscription)
-    spin(lambda: not node._qos_monitor.conflicts, 5.0)
+    spin(lambda: not node._qos_monitor._conflicts, 5.0)
     print(node._qos_monitor.message)
 """
 

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from vsa_common.ros.subprocesses import Group, ProcessError, executable
+from vsa_common.ros.subprocesses import Group, Process, ProcessError, executable
 
 pytestmark = pytest.mark.live
 
@@ -82,6 +82,16 @@ def test_children_end_after_their_parent_was_killed(tmp_path, command):
     parent.kill()
     parent.wait()
     assert wait_for(lambda: not alive(child), 5.0)
+
+
+@pytest.mark.parametrize("nice", [0, 3])
+def test_a_process_without_the_right_to_its_nice_value_runs_at_that_of_its_parent(tmp_path, monkeypatch, nice):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("vsa_common.ros.realtime.os.setpriority", refuse)
+    process = Process("quiet", ["true"], tmp_path / "log", os.environ, nice)
+    assert process.wait(10.0) == 0
 
 
 def test_an_unknown_executable_is_rejected_by_name():

@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from vsa_driver.acquisition.calibration import TareError
+from vsa_driver.acquisition.calibration import TareError, take_tares
 from vsa_driver.acquisition.channel import JointSample, Measurement, MotorSample
 from vsa_driver.acquisition.commands import CommandFrames
 from vsa_driver.acquisition.mapping import load_frames
@@ -129,10 +129,37 @@ def test_a_tare_does_not_average_across_a_silence_of_its_stream():
         router.add(transmission(20.0, 100, 1000 + i), later + i * MS)
     tare = router.transmissions["transmission_1"].tare
     with pytest.raises(TareError, match=f"{TARE_SAMPLES // 2} of {TARE_SAMPLES}"):
-        tare.take()
+        take_tares([tare])[0]
     for i in range(TARE_SAMPLES // 2, TARE_SAMPLES):
         router.add(transmission(20.0, 100, 1000 + i), later + i * MS)
-    assert tare.take() == pytest.approx(20.0)
+    assert take_tares([tare])[0] == pytest.approx(20.0)
+
+
+def test_a_tare_that_is_refused_for_one_transmission_changes_none():
+    router = Router(FRAMES, DriverSettings())
+    for i in range(TARE_SAMPLES):
+        router.add(transmission(20.0, 100, i), NOW + i * MS)
+        router.add(transmission(20.0 + i % 2, 100, i, number=2), NOW + i * MS)
+    with pytest.raises(TareError, match="not stationary"):
+        router.take_tares()
+    assert [channel.tare.offset for channel in router.transmissions.values()] == [0.0, 0.0]
+    for i in range(TARE_SAMPLES, 2 * TARE_SAMPLES):
+        router.add(transmission(30.0, 100, i, number=2), NOW + i * MS)
+    assert router.take_tares() == {"transmission_1": pytest.approx(20.0), "transmission_2": pytest.approx(30.0)}
+
+
+def test_the_tares_are_kept_by_another_router_as_far_as_the_parameters_are_the_same():
+    former = Router(FRAMES, DriverSettings())
+    for i in range(TARE_SAMPLES):
+        for number in (1, 2):
+            former.add(transmission(20.0 * number, 100, i, number), NOW + i * MS)
+    former.take_tares()
+    same = Router(FRAMES, DriverSettings())
+    assert same.keep_tares(former) == []
+    assert same.add(transmission(21.0, 100, 0), NOW)[0].force == pytest.approx(1.0)
+    other = configured("transmission_2", force_scale=2.0)
+    assert other.keep_tares(former) == ["transmission_2"]
+    assert other.add(transmission(41.0, 100, 0, number=2), NOW)[0].force == pytest.approx(82.0)
 
 
 def test_joint_and_motor_frames_become_samples():
@@ -178,6 +205,58 @@ def test_a_sample_of_which_a_message_is_missing_is_counted_and_not_merged_with_t
     one, _ = daq.add(positions(9000, 0), NOW + 2 * MS)
     assert (one.force, one.stamp_ns) == (pytest.approx(20.0), NOW + MS)
     assert counters(daq)["transmission_1.incomplete"] == 1
+
+
+def two_messages(samples=40, lost=(), swapped=(), step_ns=0):
+    """Frames every 10 ms, the second 1 ms after the first, both with the number of their sample; and their stamps.
+
+    `lost` has pairs (sample, frame), `swapped` samples whose frames arrive in the opposite order. The clock is set
+    by `step_ns` between both frames of sample 20.
+    """
+    arrivals = []
+    for k in range(samples):
+        frames = [(0, forces(100 * k, 0)), (1, positions(100 * k, 0))]
+        for order, (which, frame) in enumerate(reversed(frames) if k in swapped else frames):
+            if (k, which) not in lost:
+                shift = step_ns if (k, order) >= (20, 1) else 0
+                arrivals.append((frame, NOW + k * 10 * MS + order * MS + shift))
+    return arrivals
+
+
+def merged_samples(daq, arrivals):
+    """Numbers of the samples that each measurement of transmission_1 is made of: by force, by deflection."""
+    found = [sample for frame, stamp_ns in arrivals for sample in daq.add(frame, stamp_ns)]
+    pairs = [(one.force, one.deflection) for one in found if one.transmission == "transmission_1"]
+    return [round(force) for force, _ in pairs], [round(deflection * 1e4) for _, deflection in pairs]
+
+
+@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("swapped", [(), (7, 30)])
+def test_after_the_loss_of_either_message_force_and_encoder_are_of_one_sample_again(daq, which, swapped):
+    by_force, by_deflection = merged_samples(daq, two_messages(lost=[(20, which)], swapped=swapped))
+    assert by_force == by_deflection == [k for k in range(40) if k != 20]
+    assert counters(daq)["transmission_1.incomplete"] == 1
+
+
+def test_messages_that_arrive_in_the_opposite_order_make_one_sample(daq):
+    by_force, by_deflection = merged_samples(daq, two_messages(swapped=(12, 20, 21)))
+    assert by_force == by_deflection == list(range(40))
+    assert counters(daq)["transmission_1.incomplete"] == 0
+
+
+@pytest.mark.parametrize("step_ns", [-3_600_000 * MS, -4 * MS, 100 * MS, 3_600_000 * MS])
+def test_a_clock_that_is_set_between_two_messages_costs_that_sample_only(daq, step_ns):
+    by_force, by_deflection = merged_samples(daq, two_messages(step_ns=step_ns))
+    assert by_force == by_deflection == [k for k in range(40) if k != 20]
+
+
+def test_messages_of_a_slower_device_make_samples_again_after_a_change_of_its_rate(daq):
+    fast = two_messages(samples=200)
+    slow = [(forces(100, 0), 0), (positions(100, 0), 20 * MS)]
+    later = [(frame, NOW + 10_000 * MS + k * 50 * MS + delay) for k in range(300) for frame, delay in slow]
+    by_force, by_deflection = merged_samples(daq, fast + later)
+    assert by_force == by_deflection
+    assert len(by_force) > 200 + 150
 
 
 def test_a_value_out_of_range_of_the_dbc_is_counted_and_dropped(daq):

@@ -1,10 +1,12 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """The CAN bus, over a real multicast socket and python-can's virtual bus."""
 
+import os
 import socket
 import struct
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from vsa_driver.can.bus import BusConfig, BusError, MalformedFrame, open_bus, parse_options
@@ -71,6 +73,17 @@ def test_a_datagram_that_is_no_frame_is_distinguished_from_a_bus_failure():
         other_sender.sendto(b"hello", (CHANNEL, PORT))
         with pytest.raises(MalformedFrame):
             receiver.receive(1.0)
+
+
+def test_a_bus_whose_descriptor_is_no_socket_leaves_no_other_descriptor_open(monkeypatch):
+    line, other_end = os.pipe()  # a descriptor without socket options, as of a serial line
+    monkeypatch.setattr("can.Bus", lambda **_: SimpleNamespace(fileno=lambda: line))
+    before = os.listdir("/proc/self/fd")
+    for _ in range(3):
+        open_bus(BusConfig(interface="virtual", channel="line", options=()))
+    assert os.listdir("/proc/self/fd") == before
+    os.close(line)
+    os.close(other_end)
 
 
 def test_a_closed_bus_raises_a_bus_error():

@@ -41,6 +41,26 @@ def test_arming_without_a_fresh_position_is_refused():
         gate.arm(11.0)
 
 
+@pytest.mark.parametrize("wrong", [3.01, -2.01, math.nan])
+def test_arming_at_a_position_beyond_the_limits_is_refused_with_the_motor_and_the_limits(wrong):
+    gate = MotorGate(LIMITS)
+    gate.update_position((0.0, wrong), 10.0)
+    with pytest.raises(CommandRefused, match=f"motor_2 = {wrong:g} rad: must be within -2 to 3 rad"):
+        gate.arm(10.0)
+    assert gate.state == "disarmed"
+
+
+def test_arming_while_armed_changes_nothing():
+    gate = armed_gate(at=(0.0, 0.0))
+    gate.command((0.04, 0.0), 100.0)
+    assert gate.step(100.01) == (0.04, 0.0)
+    gate.arm(100.02)
+    assert gate.step(100.02) == (0.04, 0.0)
+    gate.step(100.3)
+    gate.arm(100.4)
+    assert (gate.state, gate.step(100.4)) == ("holding", None)
+
+
 def test_a_distant_command_is_approached_at_the_speed_limit_and_reached():
     gate = armed_gate(at=(0.0, 0.0))
     now, sent = 100.0, []
@@ -78,7 +98,8 @@ def test_commands_end_when_the_controller_times_out_and_a_new_one_continues_from
     assert gate.step(105.0) is None
     gate.command((3.0, 0.0), 110.0)
     assert gate.state == "armed"
-    assert gate.step(110.0)[0] - last[0] <= LIMITS.speed_max * LIMITS.timeout
+    assert gate.step(110.0) == last
+    assert gate.step(110.01)[0] - last[0] == pytest.approx(LIMITS.speed_max * 0.01)
 
 
 def test_a_refused_command_does_not_reset_the_watchdog():
@@ -103,7 +124,7 @@ def test_disarming_takes_effect_at_once_and_the_next_command_is_refused_with_its
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from("mcasd"), st.floats(), st.floats(), st.floats(0.0, 1.0)), max_size=60))
 def test_no_sequence_of_events_gives_an_output_beyond_the_speed_or_position_limits(events):
-    gate, now, last = MotorGate(LIMITS), 0.0, None
+    gate, now, last, last_s = MotorGate(LIMITS), 0.0, None, 0.0
     for kind, one, two, wait in events:
         now += wait
         try:
@@ -112,16 +133,18 @@ def test_no_sequence_of_events_gives_an_output_beyond_the_speed_or_position_limi
             elif kind == "c":
                 gate.command((one, two), now)
             elif kind == "a":
+                last = last if gate.armed else None
                 gate.arm(now)
-                last = None
             elif kind == "d":
                 gate.disarm("test")
         except CommandRefused:
             pass
         sent = gate.step(now)
+        if gate.state == "holding":
+            last_s = math.inf  # the first output after a hold is the last one before
         if sent is not None:
             assert all(LIMITS.position_min <= position <= LIMITS.position_max for position in sent)
             if last is not None:
-                allowed = LIMITS.speed_max * LIMITS.timeout + 1e-9
+                allowed = LIMITS.speed_max * min(max(now - last_s, 0.0), LIMITS.timeout) + 1e-9
                 assert all(abs(a - b) <= allowed for a, b in zip(sent, last, strict=True))
-            last = sent
+            last, last_s = sent, now

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vsa_joint.control.controller import StiffnessControl
+from vsa_joint.control.identified_spring import KnotSpring
 from vsa_joint.control.records import Measurement, Target
 from vsa_joint.control.springs import ExponentialSpring
 from vsa_joint.impedance.reflection import Impedance, virtual_work
@@ -86,6 +87,14 @@ def test_the_first_command_is_the_measured_position():
     assert loop.control.step(target, loop.measurement) == pytest.approx(loop.measurement.motors, abs=0.02)
 
 
+def test_without_a_reachable_stiffness_the_last_positions_stay():
+    loop = Loop()
+    loop.run(1.0, 2.0)
+    loop.control.reconfigure(ControlConfig(deflection_max=0.001))
+    elsewhere = replace(loop.measurement, motors=(0.0, 0.0))
+    assert loop.control.step(Target(0.0, 2.0), elsewhere) == loop.commands[-1]
+
+
 def test_steps_by_two_settle_within_a_second_and_preserve_the_equilibrium():
     loop = Loop()
     loop.run(3.0, 1.0)
@@ -151,6 +160,28 @@ def test_the_equilibrium_settles_at_a_commanded_angle():
     rows = loop.run(4.0, 1.0, equilibrium=0.15)
     assert rows[-100:, 1] == pytest.approx(0.15, abs=0.006)
     assert rows[-100:, 0] == pytest.approx(1.0, rel=0.05)
+
+
+def knots_of(spring):
+    """The law of a spring by knots from 22 N on, which is its least force."""
+    knots = tuple(np.linspace(spring.deflection(22.0), 0.016, 8).tolist())
+    ln_stiffness = tuple(math.log(spring.stiffness_at(x)) for x in knots)
+    damper = {"damping": spring.damping, "peak_speed": spring.peak_speed}
+    return KnotSpring(knots, ln_stiffness, (0.0,) * 64, spring.force(knots[0]), **damper)
+
+
+def test_a_law_with_a_smaller_least_force_after_the_engagement_is_used_down_to_it():
+    loop = Loop()
+    exponential = loop.springs
+    loop.springs = tuple(knots_of(spring) for spring in exponential)
+    loop.read()
+    loop.control.engage(loop.measurement)
+    loop.run(3.0, 1.0)
+    loop.springs = exponential
+    before = loop.commands[-1]
+    rows = loop.run(6.0, 0.35)
+    assert np.abs(np.subtract(loop.commands[-600], before)).max() < 0.05
+    assert settled_after(rows, 0.35) <= 1.0
 
 
 def test_an_error_of_three_percent_of_k2_causes_a_few_percent_of_stiffness_error():

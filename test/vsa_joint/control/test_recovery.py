@@ -47,12 +47,13 @@ class Plant:
         self.springs = tuple(law(side, error) for side, error in zip(sides, errors, strict=True))
         self.supervisor, self.inputs, self.now = Supervisor(self.config), Inputs(), 0
         self.valid, self.sensor_fault, self.travel = True, False, math.inf
+        self.force_error = np.zeros(2)  # of both force sensors [N]
         self._path, self._last = np.zeros(2), None
 
     def invalidate(self, travel=math.inf):
         self.valid, self.travel, self._path = False, travel, np.zeros(2)
 
-    def run(self, seconds, stiffness, commands=True, push=0.0):
+    def run(self, seconds, stiffness, commands=True, push=0.0, equilibrium=0.0):
         """Rows of each period: mode, true stiffness, angle, force_1, force_2, motor_1, motor_2 as commanded."""
         rows = []
         self.rig.set_disturbance(push)
@@ -60,7 +61,7 @@ class Plant:
             self.now += 10 * MS
             self.read()
             if commands:
-                self.supervisor.command(Target(0.0, stiffness), self.inputs, self.now)
+                self.supervisor.command(Target(equilibrium, stiffness), self.inputs, self.now)
             motors = self.supervisor.step(self.inputs, self.now)
             self.rig.command(*motors)
             rows.append((self.supervisor.mode, *self.truth(), *motors))
@@ -72,7 +73,7 @@ class Plant:
         deflections = samples.truth[:, [COLUMN["deflection_1"], COLUMN["deflection_2"]]]
         self._path += np.abs(np.diff(deflections, axis=0)).sum(axis=0)
         self.valid = self.valid or bool(self._path.min() > self.travel)
-        forces = tuple(readings.forces[-1])
+        forces = tuple(readings.forces[-1] + self.force_error)
         stiffness = stiffness_at_forces(forces, self.springs, self.config.joint)
         reason, status = ("", Status.VALID) if self.valid else ("transmission_1 CONVERGING", Status.CONVERGING)
         inputs = self.inputs
@@ -137,6 +138,20 @@ def test_control_goes_on_by_the_last_valid_law_while_its_predicted_error_is_tole
     assert supervisor.law_error == pytest.approx(math.hypot(0.01, 0.02 * math.sqrt(3.0)), abs=0.01)
     assert plant.run(4.0, 2.0)[-1][0] is Mode.EXCITING
     assert supervisor.law_error > plant.config.law_error_max
+
+
+@pytest.mark.parametrize("error", [(-9.0, 0.0), (0.0, -12.0), (25.0, 0.0)])
+@pytest.mark.parametrize(("tolerance", "mode"), [(0.05, Mode.FEED_FORWARD), (0.0, Mode.EXCITING)])
+def test_forces_that_are_not_valid_change_no_motor_position(error, tolerance, mode):
+    plant = resting(0.5, **RE_EXCITED, law_error_max=tolerance)
+    plant.invalidate()
+    healthy = numbers(plant.run(2.0, 0.5))
+    plant = resting(0.5, **RE_EXCITED, law_error_max=tolerance)
+    plant.invalidate()
+    plant.force_error = np.array(error)
+    rows = plant.run(2.0, 0.5)
+    assert modes(rows) == [mode]
+    assert np.abs(numbers(rows)[:, -2:] - healthy[:, -2:]).max() < 1e-3
 
 
 def test_without_a_tolerance_the_re_excitation_begins_at_once():
@@ -217,3 +232,13 @@ def test_a_push_does_not_end_the_re_excitation():
     plant.run(1.0, 1.0)
     rows = plant.run(12.0, 1.0, push=0.1)
     assert modes(rows) == [Mode.EXCITING, Mode.ACTIVE]
+
+
+@pytest.mark.parametrize("equilibrium", [0.8, 1.6])
+def test_a_step_of_the_equilibrium_keeps_the_speed_limit_of_the_motors_and_is_reached(equilibrium):
+    plant = resting(1.0)
+    rows = plant.run(6.0, 1.0, equilibrium=equilibrium)
+    assert modes(rows) == [Mode.ACTIVE]
+    assert plant.supervisor.target.equilibrium == equilibrium
+    assert np.abs(np.diff(numbers(rows)[:, -2:], axis=0)).max() <= 1.2 * plant.config.motor_speed * PERIOD
+    assert numbers(rows)[-100:, 1] == pytest.approx(equilibrium, abs=0.01)

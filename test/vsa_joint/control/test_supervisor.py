@@ -30,7 +30,7 @@ class Feed:
         self.inputs = Inputs()
         self.now = 0
 
-    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, silent=(), frozen=(), late=None):
+    def run(self, ms, joint=GOOD, commands=True, motors=MOTORS, silent=(), frozen=(), late=None, target=TARGET):
         """Run for `ms`; `silent` names inputs that stop, `late` has ages by stamp [ms].
 
         Returns (instant, mode, reason, motors) of each period.
@@ -51,7 +51,7 @@ class Feed:
                 i.springs, i.springs_ns = SPRINGS, (self.now, self.now)
             i.measured_ns = {topic: self.now - age * MS for topic, age in (late or {}).items()}
             if commands:
-                self.supervisor.command(TARGET, i, self.now)
+                self.supervisor.command(target, i, self.now)
             sent = self.supervisor.step(i, self.now)
             out.append((self.now, self.supervisor.mode, self.supervisor.reason, sent))
         return out
@@ -123,6 +123,20 @@ def test_an_invalid_estimate_holds_immediately_at_the_measured_positions(joint, 
     assert {row[3] for row in out} == {MOTORS}
 
 
+@pytest.mark.parametrize("fault", [{"silent": ("motors",)}, {"late": {"motor_states": 300}}])
+def test_without_recent_motor_positions_the_last_sent_ones_are_held(fault):
+    feed = active()
+    moving = feed.run(100, target=Target(0.0, 3.0))[-1][3]
+    assert moving != pytest.approx(MOTORS, abs=0.02)
+    out = feed.run(300, target=Target(0.0, 3.0), **fault)
+    sent = moving
+    for _, mode, _, motors in out:
+        if mode is Mode.HOLDING:
+            assert motors == sent
+        sent = motors
+    assert out[-1][1] is Mode.HOLDING
+
+
 @pytest.mark.parametrize("index", [0, 1])
 def test_a_frozen_force_holds_within_a_second(index):
     feed = active()
@@ -149,6 +163,24 @@ def test_the_end_of_commands_holds_after_the_timeout():
     delay, reason = first_hold(feed, feed.run(1000, commands=False), since)
     assert 500 <= delay <= 520
     assert reason == "stiffness_command stopped"
+
+
+UNREACHABLE = Target(0.0, 50.0)
+
+
+def test_refused_commands_do_not_end_a_hold_by_a_missing_command():
+    feed = active()
+    feed.run(1000, commands=False)
+    out = feed.run(2000, target=UNREACHABLE)
+    assert {row[1] for row in out} == {Mode.HOLDING}
+    assert out[-1][2] == "stiffness_command stopped"
+    assert feed.run(1000)[-1][1] is Mode.ACTIVE
+
+
+def test_a_client_whose_commands_are_refused_in_between_keeps_control_of_the_former_target():
+    feed = active()
+    assert {row[1] for row in feed.run(2000, target=UNREACHABLE)} == {Mode.ACTIVE}
+    assert feed.supervisor.target == TARGET
 
 
 @pytest.mark.parametrize(("duration", "holding_periods"), [(200, 20), (1000, 40)])
@@ -225,6 +257,17 @@ def test_a_stamp_in_the_future_holds():
 def test_control_is_active_at_a_slow_rate():
     feed = Feed(rate=10.0)
     assert feed.run(500)[-1][1] is Mode.ACTIVE
+
+
+def test_limits_without_a_reachable_stiffness_hold_the_motors_until_there_is_one():
+    feed = active()
+    feed.supervisor.reconfigure(ControlConfig(deflection_max=0.001))
+    out = feed.run(300, motors=MOTORS) + feed.run(300, motors=(MOTORS[0] + 0.05, MOTORS[1]))
+    assert {row[1] for row in out} == {Mode.HOLDING}
+    assert len({row[3] for row in out}) == 1
+    assert "deflection_max" in out[-1][2]
+    feed.supervisor.reconfigure(ControlConfig())
+    assert feed.run(1000)[-1][1] is Mode.ACTIVE
 
 
 def test_motors_that_do_not_follow_are_detected():

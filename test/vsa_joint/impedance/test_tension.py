@@ -3,15 +3,16 @@
 
 import numpy as np
 import pytest
-from vsa_joint.impedance.tension import internal_part, motion_part, split
+from vsa_joint.impedance.tension import internal_part, split
 
 TENSION, RADIUS = (31.0, 12.5), (0.0215, 0.03)
 
 
-def test_the_parts_add_up_and_the_internal_part_has_no_torque():
-    internal, motion = internal_part(TENSION, RADIUS), motion_part(TENSION, RADIUS)
-    assert np.add(internal, motion) == pytest.approx(TENSION)
+def test_the_internal_part_has_no_torque_and_the_rest_no_internal_part():
+    internal = internal_part(TENSION, RADIUS)
+    motion = np.subtract(TENSION, internal)
     assert np.dot([RADIUS[0], -RADIUS[1]], internal) == pytest.approx(0.0, abs=1e-15)
+    assert np.dot([RADIUS[0], -RADIUS[1]], motion) == pytest.approx(RADIUS[0] * TENSION[0] - RADIUS[1] * TENSION[1])
     assert np.dot(internal, motion) == pytest.approx(0.0, abs=1e-12)
 
 

@@ -190,35 +190,15 @@ def node_values(path: str | Path, node: str, config_class: type) -> dict[str, An
 
     Keys as ROS 2 reads them: `node`, `/name/space/node`, `/**/node`, and `/**` for all nodes; a later key wins.
     Skipped are parameters of the process (`autostart`, `realtime.*`, ROS's own), and those of other nodes under `/**`.
+    Raises ConfigurationError for a file with `node` in several namespaces.
     """
-    sections = list(_named_sections(path, node))
-    values = {name: value for _, section in sections for name, value in section.items()}
+    from vsa_common.config.sections import sections_of, shared_names  # they are built on this module
+
+    found = sections_of(path, node)
+    values = {name: value for section in found.values() for name, value in section.items()}
     values = {name: value for name, value in values.items() if not _OF_A_PROCESS.match(name)}
-    declared, shared = {parameter.name for parameter in parameters(config_class)}, _shared(sections)
+    declared, shared = {parameter.name for parameter in parameters(config_class)}, shared_names(found)
     return {name: value for name, value in values.items() if name in declared or name not in shared}
-
-
-def shared_names(path: str | Path, node: str) -> set[str]:
-    """Parameters that a file gives for nodes of any name (`/**`) and not for `node` in particular."""
-    return _shared(list(_named_sections(path, node)))
-
-
-def _shared(sections: Sequence[tuple[str, dict[str, Any]]]) -> set[str]:
-    own = {name for key, section in sections if not _is_wildcard(key) for name in section}
-    return {name for key, section in sections if _is_wildcard(key) for name in section} - own
-
-
-def _named_sections(path: str | Path, node: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Key and flat values of each section of a parameter file for `node`."""
-    for key, section in read_parameter_file(path).items():
-        if _is_wildcard(key) or str(key).rsplit("/", 1)[-1] == node:
-            if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
-                raise ConfigurationError(f"{path}: {key} has no ros__parameters")
-            yield str(key), flat(section["ros__parameters"])
-
-
-def _is_wildcard(key: object) -> bool:
-    return str(key).rsplit("/", 1)[-1] in ("*", "**")
 
 
 def parameter_files(arguments: Sequence[str]) -> list[str]:

@@ -3,7 +3,8 @@
 
 from collections.abc import Sequence
 
-from vsa_common.config.configuration import parameter_files, read_parameter_file
+from vsa_common.config.configuration import parameter_files
+from vsa_common.config.sections import sections
 
 DEFAULT = "vsa"
 
@@ -19,8 +20,8 @@ def joints(arguments: Sequence[str], node: str = "driver") -> list[str]:
         return [DEFAULT]  # ROS replaces the namespace
     found: dict[str, None] = {}
     for path in parameter_files(arguments):
-        for key in read_parameter_file(path):
-            namespace, _, name = str(key).strip("/").rpartition("/")
+        for pattern in sections(path):
+            namespace, _, name = pattern.strip("/").rpartition("/")
             if name == node and namespace and "*" not in namespace:
                 found[namespace] = None
     return list(found) or [DEFAULT]

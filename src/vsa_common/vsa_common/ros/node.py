@@ -181,8 +181,8 @@ class SuiteNode(LifecycleNode, Generic[Config]):
         """Whether a step of a transition succeeds; the reason of a failure is logged and in the diagnostics."""
         try:
             step()
-        except (ConfigurationError, OSError) as error:
-            self._failure = " ".join(str(error).split())
+        except Exception as error:  # of rclpy, for instance a RuntimeError: with its type
+            self._failure = " ".join((str if isinstance(error, ConfigurationError | OSError) else repr)(error).split())
             self.get_logger().error(self._failure)
             return False
         return True

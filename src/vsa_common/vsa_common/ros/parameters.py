@@ -19,8 +19,8 @@ from vsa_common.config.configuration import (
     group,
     parameter_files,
     parameters,
-    shared_names,
 )
+from vsa_common.config.sections import sections_of, shared_names
 from vsa_common.ros.realtime import RealTime
 
 _OF_ROS = ("use_sim_time", "start_type_description_service")
@@ -82,7 +82,8 @@ class NodeParameters(Generic[Config]):
         unknown = given.keys() - self._own.keys() - COMMON.keys()
         if unknown:
             files = parameter_files(sys.argv)
-            unknown &= {name for path in files for name in shared_names(path, node.get_name())}
+            name = node.get_fully_qualified_name()
+            unknown &= {one for path in files for one in shared_names(sections_of(path, name))}
         for name in sorted(unknown):
             del given[name]
             node.undeclare_parameter(name)

@@ -45,11 +45,6 @@ class QosMonitor:
         return bool(policies) and before.get(checked) != policies
 
     @property
-    def conflicts(self) -> int:
-        """Number of endpoints with a conflict."""
-        return len(self._conflicts)
-
-    @property
     def message(self) -> str:
         """Text for the diagnostics; empty without a conflict."""
         return "; ".join(

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -58,7 +59,9 @@ class Process:
 
         def prepare() -> None:
             end_with(parent)
-            renice(nice)
+            if nice:
+                with suppress(PermissionError):  # it runs at the nice value of its parent
+                    renice(nice)
 
         with log.open("wb") as output:
             self._popen = subprocess.Popen(

@@ -2,6 +2,7 @@
 """Raw signal to SI: scale, offset, sign, and the tare of a force sensor."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean, pstdev
 
@@ -37,7 +38,7 @@ class Calibration:
 
 
 class Tare:
-    """Subtracts an offset [N] from every force; `take` sets it to the mean of the last forces.
+    """Subtracts an offset [N] from every force; `take_tares` sets it to the mean of the last forces.
 
     The mean is of consecutive samples: it restarts where the stamps of two samples are more than `max_gap_ns` apart.
     """
@@ -65,13 +66,20 @@ class Tare:
         """Discard the collected forces; the offset stays."""
         self._recent.clear()
 
-    def take(self) -> float:
-        """Set the offset to the mean of the last forces and return it [N]. Raises TareError if they vary."""
+    def mean(self) -> float:
+        """Mean of the last forces [N]. Raises TareError if they vary or are too few."""
         if len(self._recent) < TARE_SAMPLES:
             raise TareError(f"{len(self._recent)} of {TARE_SAMPLES} consecutive samples so far; repeat the call")
         recent = list(self._recent)
         std = pstdev(recent)
         if std > self._max_std:
             raise TareError(f"the force is not stationary: standard deviation {std:.3g} N, limit {self._max_std:g} N")
-        self.offset = fmean(recent)
-        return self.offset
+        return fmean(recent)
+
+
+def take_tares(tares: Sequence[Tare]) -> list[float]:
+    """Set the offset of each to the mean of its last forces, or of none; offsets [N]. Raises TareError like `mean`."""
+    offsets = [tare.mean() for tare in tares]
+    for tare, offset in zip(tares, offsets, strict=True):
+        tare.offset = offset
+    return offsets

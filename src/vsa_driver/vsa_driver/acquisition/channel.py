@@ -68,6 +68,13 @@ class TransmissionChannel:
         self._settings = settings.transmission(self.name)
         self.tare.set_limits(settings.tare_spread, int(settings.silence * 1e9))
 
+    def keep_tare(self, former: "TransmissionChannel") -> bool:
+        """Take over the tare of another channel; whether its parameters, and with them its forces, are the same."""
+        same = self._settings == former._settings
+        if same:
+            self.tare.offset = former.tare.offset
+        return same
+
     def add(self, index: int, data: bytes, stamp_ns: int) -> Measurement | None:
         """Take a frame of message `index` of `stream.sources`; the sample that it completes."""
         reading = self.stream.add(index, data, stamp_ns)

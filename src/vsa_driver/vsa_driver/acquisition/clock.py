@@ -4,7 +4,7 @@
 import math
 
 from vsa_common.stamps import NANOSECONDS
-from vsa_driver.tuning import EPOCH_TOLERANCE_NS, MAX_CLOCK_DRIFT
+from vsa_driver.tuning import EPOCH_TOLERANCE_NS, MAX_AHEAD_NS, MAX_CLOCK_DRIFT
 
 _MAX_STAMP_S = 2.0**34  # [s] year 2514; a larger value is no time stamp
 
@@ -13,8 +13,9 @@ class CaptureClock:
     """Maps an adapter's time stamps to the epoch.
 
     Stamps of the host's clock (socketcan, udp_multicast) pass unchanged. A clock that counts from the adapter's own
-    start is mapped by the least delay between stamp and arrival, which follows its drift and its restarts; no stamp
-    is in the future. A frame without stamp (0) gets the time of arrival.
+    start, or is ahead of the host's, is mapped by the least delay between stamp and arrival, which follows its drift
+    and its restarts. No stamp is in the future by more than MAX_AHEAD_NS. A frame without stamp (0) gets the time of
+    arrival.
     """
 
     def __init__(self) -> None:
@@ -31,7 +32,9 @@ class CaptureClock:
             return now_ns
         seconds = int(timestamp)
         device_ns = seconds * NANOSECONDS + round((timestamp - seconds) * NANOSECONDS)
-        if abs(now_ns - device_ns) < EPOCH_TOLERANCE_NS:
+        max_ahead_ns = MAX_AHEAD_NS if self._device_ns is None else 0  # no alternation between map and clock
+        if -max_ahead_ns <= now_ns - device_ns < EPOCH_TOLERANCE_NS:
+            self._device_ns, self._offset_ns = None, math.inf
             return device_ns
         return now_ns - steady_ns + self._to_steady(device_ns, steady_ns)
 

@@ -48,6 +48,22 @@ class Unwrapped:
         return self._last
 
 
+class MeanPeriod:
+    """Running mean of the sampling period; inf before the first interval."""
+
+    def __init__(self) -> None:
+        self.ns = math.inf
+        self.intervals = 0  # in the mean
+
+    def add(self, interval_ns: float) -> None:
+        """Take the interval between two samples [ns]; one below 1 ns counts as 1 ns."""
+        self.intervals += 1
+        if math.isinf(self.ns):
+            self.ns = max(interval_ns, 1.0)
+        else:
+            self.ns += (max(interval_ns, 1.0) - self.ns) * max(PERIOD_GAIN, 1.0 / self.intervals)
+
+
 class RollingCounter:
     """Sequence number of a sample from a counter of few bits; counts lost, repeated, late and delayed samples.
 
@@ -66,8 +82,7 @@ class RollingCounter:
         self._sequence: int | None = None
         self._stamp_ns = 0
         self._candidate: int | None = None  # count of the last frame, where its step was implausible
-        self._period_ns = math.inf  # running mean of the sampling period; inf before the first interval
-        self._intervals = 0  # in that mean
+        self._period = MeanPeriod()
         self._nominal_period_ns = 0.0  # median of the estimates
         self._period_estimates: deque[float] = deque(maxlen=PERIOD_ESTIMATES)  # [ns]
         self._block_ns, self._block_samples = 0.0, 0  # of the next estimate
@@ -78,7 +93,7 @@ class RollingCounter:
         if self._sequence is None:
             return self._accept(raw, stamp_ns)
         step = (raw - self._sequence) % self._modulus
-        elapsed = (stamp_ns - self._stamp_ns) / self._period_ns  # in samples
+        elapsed = (stamp_ns - self._stamp_ns) / self._period.ns  # in samples
         if step > 1 and elapsed > self._modulus // 2:  # a step of 1 is of a device that paused
             step += self._modulus * max(0, round((elapsed - step) / self._modulus))
         if step == 0:
@@ -96,7 +111,7 @@ class RollingCounter:
             return self._accept(raw, stamp_ns)
         self.lost += step - 1
         self._update_backlog(stamp_ns - self._stamp_ns, step)
-        self._update_period((stamp_ns - self._stamp_ns) / step)
+        self._period.add((stamp_ns - self._stamp_ns) / step)
         return self._accept(self._sequence + step, stamp_ns)
 
     def _is_confirmed(self, raw: int) -> bool:
@@ -112,7 +127,7 @@ class RollingCounter:
         return sequence
 
     def _update_backlog(self, elapsed_ns: float, step: int) -> None:
-        if elapsed_ns > MAX_PAUSE_NS or self._intervals < MIN_INTERVALS:
+        if elapsed_ns > MAX_PAUSE_NS or self._period.intervals < MIN_INTERVALS:
             self._backlog_ns, self._block_ns, self._block_samples = 0.0, 0.0, 0
             return
         self._block_ns += elapsed_ns
@@ -125,11 +140,4 @@ class RollingCounter:
             return
         excess_ns = elapsed_ns - step * self._nominal_period_ns
         self._backlog_ns = max(0.0, (1.0 - BACKLOG_DECAY) ** step * self._backlog_ns + excess_ns)
-        self.delayed += self._backlog_ns > max(DELAY_THRESHOLD_NS, DELAY_PERIODS * self._period_ns)
-
-    def _update_period(self, interval_ns: float) -> None:
-        self._intervals += 1
-        if math.isinf(self._period_ns):
-            self._period_ns = max(interval_ns, 1.0)
-        else:
-            self._period_ns += (max(interval_ns, 1.0) - self._period_ns) * max(PERIOD_GAIN, 1.0 / self._intervals)
+        self.delayed += self._backlog_ns > max(DELAY_THRESHOLD_NS, DELAY_PERIODS * self._period.ns)

@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 
+from vsa_driver.acquisition.calibration import take_tares
 from vsa_driver.acquisition.channel import Channel, JointChannel, MotorChannel, Sample, TransmissionChannel
 from vsa_driver.acquisition.commands import CommandFrames
 from vsa_driver.acquisition.mapping import Source, sources
@@ -38,6 +39,17 @@ class Router:
         """Apply the tunable parameters of other settings."""
         for channel in self.transmissions.values():
             channel.set_limits(settings)
+
+    def take_tares(self) -> dict[str, float]:
+        """Tare the force sensors of all transmissions, or none; offset of each [N]. Raises TareError."""
+        offsets = take_tares([channel.tare for channel in self.transmissions.values()])
+        return dict(zip(self.transmissions, offsets, strict=True))
+
+    def keep_tares(self, former: "Router") -> list[str]:
+        """Take over the tares of another router; transmissions whose tare has to be discarded."""
+        pairs = {name: (self.transmissions.get(name), channel) for name, channel in former.transmissions.items()}
+        lost = [name for name, (own, channel) in pairs.items() if own is None or not own.keep_tare(channel)]
+        return [name for name in lost if former.transmissions[name].tare.offset != 0.0]
 
     def add(self, frame: Frame, stamp_ns: int) -> list[Sample]:
         """The samples that `frame`, captured at `stamp_ns`, completes."""

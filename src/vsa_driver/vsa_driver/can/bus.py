@@ -206,9 +206,11 @@ def _check_options(interface: str, options: dict[str, Any], name: str) -> None:
 def _tune_socket(descriptor: int, config: BusConfig) -> None:
     if descriptor < 0:
         return
+    duplicate = os.dup(descriptor)
     try:
-        handle = socket.socket(fileno=os.dup(descriptor))
+        handle = socket.socket(fileno=duplicate)
     except OSError:  # a serial line or a character device has no socket options
+        os.close(duplicate)
         return
     with handle:
         if config.receive_buffer:

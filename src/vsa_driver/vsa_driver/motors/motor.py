@@ -65,9 +65,16 @@ class MotorGate:
         self._measured, self._measured_s = tuple(positions), now_s
 
     def arm(self, now_s: float) -> None:
-        """Pass commands from now on, starting at the measured position. Raises CommandRefused."""
+        """Pass commands from now on, starting at the measured position; no effect while armed.
+
+        Raises CommandRefused without a recent measured position within the limits.
+        """
+        if self._armed:
+            return
         if self._measured is None or now_s - self._measured_s > MAX_POSITION_AGE_S:
             raise CommandRefused("motor positions are not being received")
+        if outside := self._outside_limits(self._measured):
+            raise CommandRefused(f"measured position of {outside}")
         self._target = self._output = self._measured
         self._commanded_s = self._stepped_s = now_s
         self._timed_out = False
@@ -83,6 +90,8 @@ class MotorGate:
     def command(self, positions: Sequence[float], now_s: float) -> None:
         """Take a command [rad]. An invalid one raises CommandRefused, and the last one stays."""
         self._check(positions)
+        if self._timed_out:
+            self._stepped_s = now_s  # the outputs go on from the last one; the hold is no time to move
         self._target, self._commanded_s = tuple(positions), now_s
         self._timed_out = False
 
@@ -113,7 +122,14 @@ class MotorGate:
             self.refuse(f"not armed ({self.reason}); call the arm service first")
         if len(positions) != self._motors:
             self.refuse(f"{len(positions)} positions, expected {self._motors}")
+        if outside := self._outside_limits(positions):
+            self.refuse(outside)
+
+    def _outside_limits(self, positions: Sequence[float]) -> str:
+        """First position beyond the limits, and the limits; empty where there is none."""
+        limits = self._limits
         for number, position in enumerate(positions, 1):
-            if not self._limits.position_min <= position <= self._limits.position_max:  # also false for NaN
-                limits = f"{self._limits.position_min:g} to {self._limits.position_max:g} rad"
-                self.refuse(f"motor_{number} = {position:g} rad: must be within {limits}")
+            if not limits.position_min <= position <= limits.position_max:  # also false for NaN
+                span = f"{limits.position_min:g} to {limits.position_max:g} rad"
+                return f"motor_{number} = {position:g} rad: must be within {span}"
+        return ""

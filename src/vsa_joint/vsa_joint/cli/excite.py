@@ -11,6 +11,7 @@ interval, and the time after which it was known.
 """
 
 import argparse
+import contextlib
 import signal
 import sys
 import time
@@ -47,7 +48,8 @@ class Client:
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
         self._client = ActionClient(self._node, Excite, "excitation/excite")
-        self._handle: Any = None
+        self._answer: Any = None  # future of the goal's handle, from the sending on
+        self._result: Any = None  # future
         self.feedback: Excite.Feedback | None = None
         self._feedback_s = 0.0
 
@@ -56,19 +58,16 @@ class Client:
         name = f"{self._node.get_namespace()}/excitation"
         start = f"no node {name}; start it: ./vsa run vsa_joint excitation --ros-args --params-file my_rig.yaml"
         self._wait(self._client.server_is_ready, CONNECT_S, start)
-        answer = self._client.send_goal_async(goal, feedback_callback=self._on_feedback)
-        self._wait(answer.done, ANSWER_S, f"{name} does not answer")
-        self._handle = answer.result()
-        if not self._handle.accepted:
+        self._answer = self._client.send_goal_async(goal, feedback_callback=self._on_feedback)
+        self._wait(self._answer.done, ANSWER_S, f"{name} does not answer")
+        if not self._answer.result().accepted:
             raise ExciteError(f"{name} does not accept the goal")
-        self._result = self._handle.get_result_async()
-        self._feedback_s = time.monotonic()
 
-    def result(self, update: Callable[[], None], cancel: bool = False) -> Any:
-        """The result with its status, after an optional cancellation; `update` is called while waiting."""
-        if cancel and self._handle is not None:
-            self._feedback_s = time.monotonic()
-            self._handle.cancel_goal_async()
+    def result(self, update: Callable[[], None]) -> Any:
+        """The result of the accepted goal with its status; `update` is called while waiting. Raises ExciteError."""
+        if self._result is None:
+            self._result = self._answer.result().get_result_async()
+        self._feedback_s = time.monotonic()
         while not self._result.done():
             self._executor.spin_once(timeout_sec=0.1)
             update()
@@ -76,10 +75,20 @@ class Client:
                 raise ExciteError(f"no feedback for {ANSWER_S:.0f} s")
         return self._result.result()
 
-    @property
-    def accepted(self) -> bool:
-        """Whether a goal is in work."""
-        return self._handle is not None
+    def cancel(self) -> bool:
+        """Cancel the goal that was sent, also one whose acceptance is still to come; whether a goal was accepted.
+
+        Waits for at most ANSWER_S for the acceptance, and as long for the answer to the cancellation.
+        """
+        if self._answer is None:
+            return False
+        with contextlib.suppress(ExciteError):
+            self._wait(self._answer.done, ANSWER_S, "no acceptance")
+            handle = self._answer.result()
+            if not handle.accepted:
+                return False
+            self._wait(handle.cancel_goal_async().done, ANSWER_S, "no answer to the cancellation")
+        return bool(self._answer.done())
 
     def close(self) -> None:
         """Leave the ROS graph."""
@@ -121,23 +130,27 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _run(client: Client, options: argparse.Namespace) -> Any:
-    """Send the goal and show its progress; an interrupt cancels it."""
-    client.send(
-        Excite.Goal(
-            quantities=options.quantity or list(DEFAULT),
-            relative_interval=options.interval / 100.0,
-            duration=options.duration,
-            travel=options.travel,
-            speed=options.speed,
-            tension=options.tension,
-        )
+    """Send the goal and show its progress; an interrupt or a silent node cancels it."""
+    goal = Excite.Goal(
+        quantities=options.quantity or list(DEFAULT),
+        relative_interval=options.interval / 100.0,
+        duration=options.duration,
+        travel=options.travel,
+        speed=options.speed,
+        tension=options.tension,
     )
-    with progress(None, "motors at rest") as bar:
-        try:
+    try:
+        client.send(goal)
+        with progress(None, "motors at rest") as bar:
             return client.result(lambda: _show(bar, client.feedback))
-        except KeyboardInterrupt:
-            ignore_signals()
-            return client.result(lambda: None, cancel=True)
+    except KeyboardInterrupt:
+        ignore_signals()
+        if not client.cancel():
+            raise
+        return client.result(lambda: None)
+    except ExciteError:
+        client.cancel()
+        raise
 
 
 def _show(bar: Bar, feedback: Excite.Feedback | None) -> None:

@@ -14,27 +14,22 @@ import math
 
 from vsa_joint.control.motor_map import MotorMap
 from vsa_joint.control.records import Feasibility, Measurement, Target
-from vsa_joint.control.setpoint_filter import RateLimitedFilter, SetpointFilter
+from vsa_joint.control.setpoint_filter import RateLimitedFilter
 from vsa_joint.control.springs import Springs, force_variance, position_variance
 from vsa_joint.control.stiffness_range import (
     StiffnessRange,
     force_for,
     force_rate,
-    partner_force,
     reachable_range,
     relative_std,
 )
-from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation
+from vsa_joint.control.tendon_motion import CoContractionMotion, ReExcitation, SelfExcitation, SlackProtection
 from vsa_joint.impedance.tension import unloaded_force
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import (
-    DITHER_SPEED_SHARE,
     MIN_FORCE_ABOVE_OFFSET,
     MIN_STIFFNESS,
-    PROTECTION_DECAY,
-    PROTECTION_GAIN,
     SETTLE_BAND,
-    SLACK_SHARE,
     TRIM_MAX,
 )
 
@@ -45,22 +40,22 @@ class StiffnessControl:
     def __init__(self, config: ControlConfig) -> None:
         self.joint = config.joint
         self.equilibrium = 0.0  # estimated, unloaded [rad]
-        self.exciting = False
         self._config = config
         self._dt = 1.0 / config.rate  # s
         self._deflection = 0.0  # due to the load [rad]
         self._load = 0.0  # low-pass filtered external torque [N m]
         self._least_force = 0.0  # N, the larger of both springs
-        self._log_force, self._rest_angle = RateLimitedFilter(0.0), SetpointFilter(0.0)  # ln(F - F0); rad
+        self._log_force, self._rest_angle = RateLimitedFilter(0.0), RateLimitedFilter(0.0)  # ln(F - F0); rad
         self._force_rate = 0.0  # of the filtered set-point [N/s]
         self._integral_trim = 0.0  # ln K
-        self._slack_protection = 0.0  # N
         self._integral = 0.0  # of the equilibrium loop [rad]
         self._correction = 0.0  # of the equilibrium [rad]
-        self._phase = 0.0  # of the self-excitation [rad]
+        self._sent = (0.0, 0.0)  # motor positions of the last period [rad]
         self._motors = MotorMap(config)
         self._motion = CoContractionMotion(config.joint)
         self._excitation = ReExcitation(config.joint)
+        self._slack_protection = SlackProtection(config.joint)
+        self._dither = SelfExcitation(config.joint)
 
     def reconfigure(self, config: ControlConfig) -> None:
         """Apply the tunable parameters of another configuration; the state stays."""
@@ -75,11 +70,12 @@ class StiffnessControl:
         self.equilibrium = measurement.angle - self._deflection
         self._least_force = max(spring.least_force for spring in measurement.springs)
         log_force = self._log_above_offset(unloaded_force(measurement.tension, self._config.radius))
-        self._log_force, self._rest_angle = RateLimitedFilter(log_force), SetpointFilter(self.equilibrium)
-        self._integral_trim = self._slack_protection = self._integral = self._phase = 0.0
-        self._correction = self._force_rate = 0.0
-        self._excitation = ReExcitation(self.joint)
+        self._log_force, self._rest_angle = RateLimitedFilter(log_force), RateLimitedFilter(self.equilibrium)
+        self._integral_trim = self._integral = self._correction = self._force_rate = 0.0
+        self._excitation, self._slack_protection = ReExcitation(self.joint), SlackProtection(self.joint)
+        self._dither = SelfExcitation(self.joint)
         self._motion.start(self._force)
+        self._sent = measurement.motors
         self._motors.fit_zero(measurement.motors, self._force, self.equilibrium, measurement.springs)
 
     def check_command(self, target: Target, measurement: Measurement) -> Feasibility:
@@ -109,24 +105,38 @@ class StiffnessControl:
             return None
         return self._motors.clip_to_motors(reachable, self._load, equilibrium, springs)
 
+    def has_range(self, measurement: Measurement) -> bool:
+        """Whether the limits of force and deflection leave a range of the stiffness without load."""
+        return self._unloaded_range(measurement) is not None
+
     def predicted_error(self, target: Target, measurement: Measurement) -> float:
         """Predicted relative standard deviation of the stiffness at the target."""
         reachable = self.reachable(measurement, target.equilibrium)
         return math.inf if reachable is None else self._predicted_error(target, measurement.springs, reachable)
 
     def step(self, target: Target, measurement: Measurement, feedback: bool = True) -> tuple[float, float]:
-        """Motor positions [rad] for this period; without `feedback` the corrections keep their values."""
+        """Motor positions [rad] for this period; without `feedback` the corrections keep their values.
+
+        Without a reachable range they are those of the last period.
+        """
         self._update_equilibrium(measurement)
-        reachable = reachable_range(0.0, measurement.springs, self.joint, self._config)
+        reachable = self._unloaded_range(measurement)
         if reachable is None:
-            return measurement.motors
+            return self._sent
         self._update_force(target, measurement, reachable, feedback)
-        rest_angle = self._rest_angle.step(target.equilibrium, self._config.rest_time, self._dt)
+        rest_angle = self._update_rest_angle(target)
         if feedback:
             self._correction = self._update_correction(rest_angle)
-        self._update_slack_protection(measurement)
-        force = self._force + self._slack_protection + self._update_dither(target, measurement, reachable)
-        return self._positions(force + self._excitation.fade(self._config), measurement.springs, reachable)
+        springs, config = measurement.springs, self._config
+        self._slack_protection.step(measurement, self._force, self._force_rate, config)
+        force = self._force + self._slack_protection.force
+        force += self._dither.step(target.stiffness, self._load, self._force, springs, reachable, config)
+        return self._positions(force + self._excitation.fade(config), springs, reachable)
+
+    @property
+    def exciting(self) -> bool:
+        """Whether the self-excitation is active."""
+        return self._dither.active
 
     def start_excitation(self) -> None:
         """Begin `excite`: the present unloaded equilibrium is its reference."""
@@ -139,13 +149,13 @@ class StiffnessControl:
         """
         self._update_equilibrium(measurement)
         springs, config = measurement.springs, self._config
-        reachable = reachable_range(0.0, springs, self.joint, config)
+        reachable = self._unloaded_range(measurement)
         if reachable is None:
             return last
         self._log_force.settle(config.smoothing_time, self._dt)
         self._force_rate = 0.0
-        self._update_slack_protection(measurement)
-        about = self._force + self._slack_protection
+        self._slack_protection.step(measurement, self._force, self._force_rate, config)
+        about = self._force + self._slack_protection.force
         force = self._excitation.step(about, self.equilibrium, springs, reachable, config)
         first, second = self._positions(force, springs, reachable)
         travel = config.recovery_speed * self._dt
@@ -154,11 +164,15 @@ class StiffnessControl:
             min(max(second, last[1] - travel), last[1] + travel),
         )
 
+    def _unloaded_range(self, measurement: Measurement) -> StiffnessRange | None:
+        return reachable_range(0.0, measurement.springs, self.joint, self._config)
+
     def _positions(self, force: float, springs: Springs, reachable: StiffnessRange) -> tuple[float, float]:
         """Motor positions [rad] for a force of transmission_1 [N], clipped to the range, at the present equilibrium."""
         force = min(max(force, reachable.force_min), reachable.force_max)
         moved = self._motion.step(force, springs, self._dt)
-        return self._motors.clip(self._motors.positions_at(*moved, self._rest_angle.value + self._correction))
+        self._sent = self._motors.clip(self._motors.positions_at(*moved, self._rest_angle.value + self._correction))
+        return self._sent
 
     def _predicted_error(self, target: Target, springs: Springs, reachable: StiffnessRange) -> float:
         force = force_for(target.stiffness, self._load, springs, self.joint, reachable)
@@ -168,11 +182,15 @@ class StiffnessControl:
         )
 
     def _update_equilibrium(self, measurement: Measurement) -> None:
-        """Observer of the unloaded equilibrium: implicit Euler step of D z' = tau - K z."""
-        torque = self._torque(measurement)
-        k, d = max(measurement.stiffness, MIN_STIFFNESS), max(measurement.damping, 0.0)
-        self._deflection = (d * self._deflection + self._dt * torque) / (d + self._dt * k)
-        self._load += self._dt / self._config.load_time * (torque - self._load)
+        """Observer of the unloaded equilibrium: implicit Euler step of D z' = tau - K z.
+
+        Without valid forces the deflection by the load keeps its value.
+        """
+        if measurement.force_valid:
+            torque = self._torque(measurement)
+            k, d = max(measurement.stiffness, MIN_STIFFNESS), max(measurement.damping, 0.0)
+            self._deflection = (d * self._deflection + self._dt * torque) / (d + self._dt * k)
+            self._load += self._dt / self._config.load_time * (torque - self._load)
         self.equilibrium = measurement.angle - self._deflection
 
     def _update_force(
@@ -180,6 +198,7 @@ class StiffnessControl:
     ) -> None:
         """Filter ln(F - F0) towards the force of the target stiffness; integral trim within the settle band."""
         config, springs = self._config, measurement.springs
+        self._lower_offset(springs)
         trimmed = target.stiffness * math.exp(self._integral_trim)
         setpoint = self._log_above_offset(force_for(trimmed, 0.0, springs, self.joint, reachable))
         rate = force_rate(self._force, config.motor_speed * config.motor_pulley_radius, springs, self.joint)
@@ -192,6 +211,19 @@ class StiffnessControl:
             trim = self._integral_trim + config.stiffness_gain * self._dt * error
             self._integral_trim = min(max(trim, -TRIM_MAX), TRIM_MAX)
 
+    def _lower_offset(self, springs: Springs) -> None:
+        """Offset of the logarithmic set-point of another law whose springs bear less; the filter begins anew there."""
+        least_force = max(spring.least_force for spring in springs)
+        if least_force < self._least_force - MIN_FORCE_ABOVE_OFFSET:
+            force, self._least_force = self._force, least_force
+            self._log_force = RateLimitedFilter(self._log_above_offset(force))
+
+    def _update_rest_angle(self, target: Target) -> float:
+        """Filter the equilibrium [rad], so that no motor exceeds its speed limit by it."""
+        config = self._config
+        rate = config.motor_speed * config.motor_pulley_radius / max(config.radius)
+        return self._rest_angle.step(target.equilibrium, rate, config.rest_time, self._dt)
+
     def _update_correction(self, rest_angle: float) -> float:
         """PI control of the unloaded equilibrium [rad]; the dead band avoids limit cycles due to friction."""
         config, error = self._config, rest_angle - self.equilibrium
@@ -199,41 +231,6 @@ class StiffnessControl:
         integral = self._integral + config.equilibrium_integral * self._dt * error
         self._integral = min(max(integral, -config.correction_max), config.correction_max)
         return config.equilibrium_gain * error + self._integral
-
-    def _update_slack_protection(self, measurement: Measurement) -> None:
-        """Increase both forces while one spring is close to slack, decrease them while one force exceeds the limit.
-
-        The springs bear the measured forces without those of the dampers in the commanded change of stiffness.
-        """
-        forces, elastic = [2.0 * tension for tension in measurement.tension], []
-        share = partner_force(1.0, 0.0, self.joint)
-        for force, ratio, spring in zip(forces, (1.0, share), measurement.springs, strict=True):
-            velocity = ratio * self._force_rate / spring.stiffness(ratio * self._force)
-            elastic.append(force - spring.damper(velocity) - spring.least_force)
-        lacking = max(0.0, SLACK_SHARE * self._config.slack_margin - min(elastic))
-        excess = max(0.0, max(forces) - self._config.force_max)
-        decay = PROTECTION_DECAY * self._slack_protection
-        self._slack_protection += self._dt * (PROTECTION_GAIN * (lacking - excess) - decay)
-
-    def _update_dither(self, target: Target, measurement: Measurement, reachable: StiffnessRange) -> float:
-        """Common force [N] of the self-excitation, without torque, while the predicted stiffness error is large."""
-        config, springs = self._config, measurement.springs
-        if config.dither_amplitude == 0.0:
-            return 0.0
-        force = force_for(target.stiffness, self._load, springs, self.joint, reachable)
-        error = relative_std(force, self._load, springs, self.joint)
-        if error > config.dither_error:
-            self.exciting = True
-        elif self._phase == 0.0 or error < 0.5 * config.dither_error:
-            self.exciting = False
-        if not self.exciting:
-            self._phase = 0.0
-            return 0.0
-        self._phase += 2.0 * math.pi * config.dither_frequency * self._dt
-        speed = min(spring.peak_speed for spring in springs)
-        amplitude_max = DITHER_SPEED_SHARE * speed / (2.0 * math.pi * config.dither_frequency)
-        softer = min(spring.stiffness(self._force) for spring in springs)
-        return softer * min(config.dither_amplitude, amplitude_max) * math.sin(self._phase)
 
     @property
     def _force(self) -> float:

@@ -3,6 +3,7 @@
 
 import math
 
+from vsa_common.stamps import NANOSECONDS
 from vsa_common.types import Status
 from vsa_joint.control.records import Fault, Inputs, JointMeasurement
 from vsa_joint.control.springs import Spring, Springs
@@ -15,7 +16,6 @@ from vsa_joint.tuning import (
     STATE_TIMEOUT_NS,
 )
 
-SECOND_NS = 1_000_000_000
 MOTION = "a valid stiffness: move the joint by hand against both springs, over a millimetre of deflection or more"
 
 
@@ -30,8 +30,8 @@ class InputMonitor:
     def reconfigure(self, config: ControlConfig) -> None:
         """Apply the tunable parameters of another configuration."""
         self._config = config
-        self._timeout_ns = int(config.input_timeout * SECOND_NS)
-        self._period_ns = int(SECOND_NS / config.rate)
+        self._timeout_ns = int(config.input_timeout * NANOSECONDS)
+        self._period_ns = int(NANOSECONDS / config.rate)
 
     def update(self, inputs: Inputs, now_ns: int) -> None:
         """Record the changes of the tensions; a sensor without noise is frozen."""
@@ -75,6 +75,11 @@ class InputMonitor:
                 return Fault(force, f"a plausible force of transmission_{number}")
         return None
 
+    def has_motors(self, inputs: Inputs, now_ns: int) -> bool:
+        """Whether the measured motor positions are present and within their timeout."""
+        late = self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
+        return inputs.motors is not None and late is None
+
     def lateness(self, inputs: Inputs, now_ns: int) -> str:
         """Why the joint estimate is too old for feedback, by its stamp; empty where it is not."""
         age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
@@ -113,7 +118,7 @@ class InputMonitor:
             return f"transmission_{number} slack or its force sensor off: {force:.3g} N"
         if force > OVERLOAD * config.force_max:
             return f"transmission_{number} over its limit: {force:.3g} N"
-        if config.frozen_timeout and now_ns - self._changed_ns[number - 1] > config.frozen_timeout * SECOND_NS:
+        if config.frozen_timeout and now_ns - self._changed_ns[number - 1] > config.frozen_timeout * NANOSECONDS:
             return f"force of transmission_{number} frozen at {force:.6g} N"
         return ""
 

@@ -26,6 +26,7 @@ class Measurement:
     damping: float  # N m s/rad
     motors: tuple[float, float]  # rad
     springs: Springs
+    force_valid: bool = True  # of both tensions
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
+from vsa_common.stamps import NANOSECONDS
 from vsa_joint.control.controller import StiffnessControl
-from vsa_joint.control.input_monitor import MOTION, SECOND_NS, InputMonitor, invalidity
+from vsa_joint.control.input_monitor import MOTION, InputMonitor, invalidity
 from vsa_joint.control.mode import Event, Mode, OperatingMode, Positions
 from vsa_joint.control.records import Fault, Feasibility, Inputs, Measurement, Target
 from vsa_joint.control.springs import Springs
@@ -19,6 +20,7 @@ from vsa_joint.control.stiffness_range import stiffness_at_forces
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import FOLLOWING_ERROR, FOLLOWING_TIMEOUT_NS, RECOVERY_NS
 
+NO_RANGE = "no stiffness is within slack_margin, force_max and deflection_max"
 BY_EXCITATION = "a valid stiffness: the motors re-excite both transmissions"
 
 
@@ -67,8 +69,7 @@ class Supervisor:
         return self._mode.duration(now_ns)
 
     def command(self, target: Target, inputs: Inputs, now_ns: int) -> Feasibility:
-        """Accept or refuse a command; a refused one does not change the target."""
-        self._command_ns = now_ns
+        """Accept or refuse a command; a refused one changes no target and ends no hold by a missing command."""
         fault = self._monitor.fault(inputs, self._law, now_ns)
         measurement = None if fault else self._update_measurement(inputs, now_ns)
         if measurement is None:
@@ -80,6 +81,8 @@ class Supervisor:
             if feasibility.accepted and self.mode in (Mode.HOLDING, Mode.EXCITING):
                 feasibility = replace(feasibility, text=f"pursued with {self.waits_for}")
         self.feasibility = feasibility
+        if feasibility.accepted or not self._is_command_missing(now_ns):
+            self._command_ns = now_ns
         if feasibility.accepted:
             self.target = target
         elif measurement is not None:
@@ -95,7 +98,7 @@ class Supervisor:
         measurement = None if fault else self._update_measurement(inputs, now_ns)
         condition = self._condition(self.target, fault, measurement, inputs, now_ns)
         controlled, engage = self._is_controlled, self._mode.needs_engagement(now_ns)
-        positions = inputs.motors if inputs.motors is not None else self._sent
+        positions = inputs.motors if self._monitor.has_motors(inputs, now_ns) else self._sent
         changed = self._mode.handle(condition.event, positions, now_ns)
         self._explain(condition)
         if self.mode is Mode.HOLDING or measurement is None:
@@ -118,18 +121,22 @@ class Supervisor:
         """Whether the motors have a moving set-point."""
         return self.mode not in (Mode.IDLE, Mode.HOLDING)
 
+    def _is_command_missing(self, now_ns: int) -> bool:
+        """Whether the last command, or its repetition, is older than its timeout."""
+        return now_ns - self._command_ns > int(self._config.command_timeout * NANOSECONDS)
+
     def _explain(self, condition: _Condition) -> None:
         """State reason and end of the mode; a hold with healthy inputs keeps its reason."""
         if self.mode is Mode.ACTIVE:
             self.reason, self.waits_for = self.feasibility.text if self.feasibility is not None else "", ""
         elif self.mode is Mode.HOLDING and condition.event is not Event.FAULT:
-            self.waits_for = f"inputs without a fault for {RECOVERY_NS / SECOND_NS:g} s"
+            self.waits_for = f"inputs without a fault for {RECOVERY_NS / NANOSECONDS:g} s"
         else:
             self.reason, self.waits_for = condition.reason, condition.waits_for
 
     def _fault(self, inputs: Inputs, now_ns: int) -> Fault | None:
         fault = self._monitor.fault(inputs, self._law, now_ns)
-        if fault is None and now_ns - self._command_ns > int(self._config.command_timeout * SECOND_NS):
+        if fault is None and self._is_command_missing(now_ns):
             fault = Fault("stiffness_command stopped", "stiffness_command")
         if fault is None and self._is_controlled and not self._update_following(inputs, now_ns):
             fault = Fault("motors do not follow: is the driver armed?", "motors that follow their commands")
@@ -141,12 +148,14 @@ class Supervisor:
         if fault is not None or measurement is None:
             fault = fault or Fault("no estimate yet", "an estimate of both transmissions")
             return _Condition(Event.FAULT, fault.text, fault.waits_for)
+        if not self.control.has_range(measurement):
+            return _Condition(Event.FAULT, NO_RANGE, "limits of force and deflection with a range")
         invalid, late = invalidity(inputs), self._monitor.lateness(inputs, now_ns)
         reason = invalid or late
         if not reason:
             self.law_error = 0.0
             return _Condition(Event.VALID)
-        age = (now_ns - self._law_ns) / SECOND_NS
+        age = (now_ns - self._law_ns) / NANOSECONDS
         drift = self._config.law_drift * math.sqrt(age)
         self.law_error = math.hypot(self.control.predicted_error(target, measurement), drift)
         if self.law_error <= self._config.law_error_max:
@@ -180,4 +189,6 @@ class Supervisor:
             return None
         if joint.damping_valid:
             self._damping = joint.damping  # at speeds beyond the dampers' peak the last valid value applies
-        return Measurement(inputs.angle, joint.tension, stiffness, self._damping, inputs.motors, self._law)
+        return Measurement(
+            inputs.angle, joint.tension, stiffness, self._damping, inputs.motors, self._law, joint.force_valid
+        )

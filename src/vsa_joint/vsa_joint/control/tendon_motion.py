@@ -8,11 +8,20 @@ both transmissions so that the stiffness of the joint does not change.
 
 import math
 
+from vsa_joint.control.records import Measurement
 from vsa_joint.control.springs import Spring, Springs
-from vsa_joint.control.stiffness_range import StiffnessRange, partner_force
+from vsa_joint.control.stiffness_range import StiffnessRange, force_for, partner_force, relative_std
 from vsa_joint.geometry import Joint, TendonPath
 from vsa_joint.settings import ControlConfig
-from vsa_joint.tuning import DITHER_SPEED_SHARE, LEAD_BISECTIONS, MAX_LEAD, MIN_STIFFNESS_SLOPE
+from vsa_joint.tuning import (
+    DITHER_SPEED_SHARE,
+    LEAD_BISECTIONS,
+    MAX_LEAD,
+    MIN_STIFFNESS_SLOPE,
+    PROTECTION_DECAY,
+    PROTECTION_GAIN,
+    SLACK_SHARE,
+)
 
 Pair = tuple[float, float]  # transmission_1, transmission_2
 
@@ -118,3 +127,64 @@ class ReExcitation:
         travel = 2.0 + softer / (2.0 * tendon_stiffness)  # of the tendon, per deflection
         speed = min(speed, config.recovery_speed * config.motor_pulley_radius / travel)
         return softer * min(config.recovery_amplitude, speed / (2.0 * math.pi * config.recovery_frequency))
+
+
+class SlackProtection:
+    """Force [N] on both transmissions while one spring is close to slack, or one force exceeds the limit.
+
+    The springs bear the measured forces without those of the dampers in the commanded change of stiffness. Without
+    valid forces it keeps its value.
+    """
+
+    def __init__(self, joint: Joint) -> None:
+        self.force = 0.0  # N
+        self._share = partner_force(1.0, 0.0, joint)
+
+    def step(self, measurement: Measurement, force: float, rate: float, config: ControlConfig) -> None:
+        """Update after a control period with a commanded force of transmission_1 [N] and its rate [N/s]."""
+        if not measurement.force_valid:
+            return
+        forces, elastic = [2.0 * tension for tension in measurement.tension], []
+        for measured, ratio, spring in zip(forces, (1.0, self._share), measurement.springs, strict=True):
+            velocity = ratio * rate / spring.stiffness(ratio * force)
+            elastic.append(measured - spring.damper(velocity) - spring.least_force)
+        lacking = max(0.0, SLACK_SHARE * config.slack_margin - min(elastic))
+        excess = max(0.0, max(forces) - config.force_max)
+        decay = PROTECTION_DECAY * self.force
+        self.force += 1.0 / config.rate * (PROTECTION_GAIN * (lacking - excess) - decay)
+
+
+class SelfExcitation:
+    """Sinusoidal common force [N] without torque while the predicted error of the stiffness is large."""
+
+    def __init__(self, joint: Joint) -> None:
+        self.active = False
+        self._joint = joint
+        self._phase = 0.0  # rad
+
+    def step(
+        self,
+        stiffness: float,
+        torque: float,
+        about: float,
+        springs: Springs,
+        reachable: StiffnessRange,
+        config: ControlConfig,
+    ) -> float:
+        """Force [N] after a control period with a target `stiffness` [N m/rad], a load [N m], and `about` [N]."""
+        if config.dither_amplitude == 0.0:
+            return 0.0
+        force = force_for(stiffness, torque, springs, self._joint, reachable)
+        error = relative_std(force, torque, springs, self._joint)
+        if error > config.dither_error:
+            self.active = True
+        elif self._phase == 0.0 or error < 0.5 * config.dither_error:
+            self.active = False
+        if not self.active:
+            self._phase = 0.0
+            return 0.0
+        self._phase += 2.0 * math.pi * config.dither_frequency * (1.0 / config.rate)
+        speed = min(spring.peak_speed for spring in springs)
+        amplitude_max = DITHER_SPEED_SHARE * speed / (2.0 * math.pi * config.dither_frequency)
+        softer = min(spring.stiffness(about) for spring in springs)
+        return softer * min(config.dither_amplitude, amplitude_max) * math.sin(self._phase)

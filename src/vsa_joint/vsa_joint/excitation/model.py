@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from vsa_common.damper import peak_speed
 from vsa_common.types import Array
 from vsa_joint.excitation.tuning import COULOMB_SPEED, MAX_EXPONENT, MIN_NOISE_STD
 
@@ -59,7 +60,7 @@ class TransmissionModel:
     @property
     def peak_speed(self) -> float:
         """Speed of the greatest damper force [m/s]; infinite for a damper without one."""
-        return math.sqrt(self.d1 / (-3.0 * self.d2)) if self.d2 < 0.0 else math.inf
+        return peak_speed(self.d1, self.d2)
 
     def stiffness(self, deflection: Array) -> Array:
         """Stiffness [N/m], eq. (3)."""

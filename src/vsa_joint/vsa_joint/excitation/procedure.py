@@ -8,6 +8,7 @@ that is due, `begin_segment` takes its result. Until the first one the motors ke
 from dataclasses import dataclass, replace
 
 import numpy as np
+from vsa_common.stamps import NANOSECONDS
 from vsa_joint.excitation.balance import Start
 from vsa_joint.excitation.design import Task
 from vsa_joint.excitation.inputs import Inputs, Pair
@@ -17,8 +18,6 @@ from vsa_joint.excitation.multisine import Multisine, Range, fade
 from vsa_joint.excitation.quantities import KnownQuantities
 from vsa_joint.excitation.settings import ExcitationConfig, Goal
 from vsa_joint.excitation.tuning import ANGLE_GAIN, FOLLOWING_ERROR, FOLLOWING_TIMEOUT_NS, OVERLOAD, SEGMENT
-
-SECOND_NS = 1_000_000_000
 
 
 class ExcitationRefused(ValueError):
@@ -38,7 +37,7 @@ class Procedure:
 
     def __init__(self, config: ExcitationConfig, goal: Goal, inputs: Inputs, now_ns: int) -> None:
         """Raises ExcitationRefused where the inputs or the limits do not permit a motion."""
-        if fault := inputs.fault(now_ns, int(config.input_timeout * SECOND_NS)):
+        if fault := inputs.fault(now_ns, int(config.input_timeout * NANOSECONDS)):
             raise ExcitationRefused(fault)
         self._config, self.goal = config, goal
         self._start = Start(inputs.deflections, (config.radius[0], config.radius[1]))
@@ -59,12 +58,12 @@ class Procedure:
 
     def elapsed(self, now_ns: int) -> float:
         """Time since the begin [s]."""
-        return (now_ns - self._begin_ns) / SECOND_NS
+        return (now_ns - self._begin_ns) / NANOSECONDS
 
     def task(self, inputs: Inputs, now_ns: int) -> Task | None:
         """The design that is due; None while a segment lasts. Raises ExcitationRefused without usable coefficients."""
         motion, begin_ns = self._segments[1]
-        if motion.amplitudes and now_ns - begin_ns < SEGMENT * SECOND_NS:
+        if motion.amplitudes and now_ns - begin_ns < SEGMENT * NANOSECONDS:
             return None
         first, second = (None if state is None else model_of(state) for state in inputs.states)
         if first is None or second is None:
@@ -87,8 +86,8 @@ class Procedure:
 
     def step(self, inputs: Inputs, now_ns: int) -> Pair:
         """Motor positions [rad] for this period; sets `outcome` at the end of the run."""
-        step, self._stepped_ns = (now_ns - self._stepped_ns) / SECOND_NS, now_ns
-        fault = inputs.fault(now_ns, int(self._config.input_timeout * SECOND_NS))
+        step, self._stepped_ns = (now_ns - self._stepped_ns) / NANOSECONDS, now_ns
+        fault = inputs.fault(now_ns, int(self._config.input_timeout * NANOSECONDS))
         if not fault:
             self.known.update([state for state in inputs.states if state is not None], self.elapsed(now_ns))
             self._restrict(inputs)
@@ -110,7 +109,7 @@ class Procedure:
     def _advance(self, step: float, now_ns: int, inputs: Inputs) -> None:
         """Advance the motion by `step` [s], and turn the joint back to its angle at the start."""
         (before, before_ns), (motion, begin_ns) = self._segments
-        since = np.array([now_ns - before_ns, now_ns - begin_ns]) / SECOND_NS
+        since = np.array([now_ns - before_ns, now_ns - begin_ns]) / NANOSECONDS
         share, targets = float(fade(since[1])), (float(before(since[0])), float(motion(since[1])))
         target = targets[0] + share * (targets[1] - targets[0])
         period = min(step, 2.0 / self._config.rate)  # after a delay the motion continues at its speed

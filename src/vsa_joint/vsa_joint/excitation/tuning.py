@@ -121,6 +121,10 @@ YIELD_NS = _constant("YIELD_NS", 1_000_000_000, "ns", 10_000_000, 10**11,
     "Time since the last motor command of another node within which a goal is refused.",
     "derivation: the rate of a controller is 10 Hz or more",
 )  # fmt: skip
+OWN_COMMANDS = _constant("OWN_COMMANDS", 256, "1", 1, 100_000,
+    "Commands whose echo is awaited, to distinguish them from those of another node.",
+    "derivation: 0.25 s at the greatest rate of 1000 Hz, more than the delay of an echo",
+)  # fmt: skip
 FEEDBACK_PERIOD_NS = _constant("FEEDBACK_PERIOD_NS", 200_000_000, "ns", 10_000_000, 10**10,
     "Period of the feedback.",
     "engineering choice",

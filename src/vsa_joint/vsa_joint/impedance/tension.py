@@ -26,13 +26,6 @@ def internal_part(tension: tuple[float, float], radius: tuple[float, float]) -> 
     return r2 * amplitude, r1 * amplitude
 
 
-def motion_part(tension: tuple[float, float], radius: tuple[float, float]) -> tuple[float, float]:
-    """Tensions with all of the torque, one per transmission [N]."""
-    r1, r2 = radius
-    amplitude = (r1 * tension[0] - r2 * tension[1]) / (r1 * r1 + r2 * r2)
-    return r1 * amplitude, -r2 * amplitude
-
-
 def unloaded_force(tension: tuple[float, float], radius: tuple[float, float]) -> float:
     """Force of transmission_1 with the same internal part and no torque [N]: twice its tension.
 
