@@ -19,6 +19,8 @@ from vsa_common.io.tables import read_columns, write_columns
 from vsa_common.ros.cdr import write_counters
 from vsa_common.types import Status
 from vsa_estimator.cli import replay as replay_tool
+from vsa_estimator.cli.identify import main as identify_command
+from vsa_estimator.cli.noise import main as noise_command
 from vsa_estimator.cli.replay import FIELDS, main
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.offline.recordings import is_complete, read_recordings
@@ -161,6 +163,42 @@ def test_many_samples_at_once_give_the_estimates_of_single_samples():
     assert all_at_once.state() == one.state()
     later_ns = int(stamp_ns[-1]) + 30_000_000
     assert all_at_once.predict_to(later_ns) == one.predict_to(later_ns)
+
+
+@pytest.fixture
+def two_joints(tmp_path):
+    """A bag of the joints /left and /right, with a transmission of the same name and other forces."""
+    recording = bags.Recording(tmp_path / "two")
+    for joint in ("left", "right"):
+        recording.add(f"/{joint}/transmission_1/force", "geometry_msgs/msg/WrenchStamped")
+        recording.add(f"/{joint}/transmission_1/encoder", "sensor_msgs/msg/JointState")
+    for joint, force in (("left", 30.0), ("right", 50.0)):
+        for topic, message in zip(("force", "encoder"), messages(1_000_000_000, force, 0.01), strict=True):
+            recording.write(f"/{joint}/transmission_1/{topic}", 1_000_000_000, serialize_message(message))
+    recording.close()
+    return tmp_path / "two"
+
+
+@pytest.mark.parametrize("command", [main, noise_command, identify_command])
+def test_two_joints_with_the_same_transmission_are_refused_without_a_namespace(two_joints, tmp_path, capsys, command):
+    assert command([str(two_joints), "--out", str(tmp_path / "out.yaml")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "/left/transmission_1/force and /right/transmission_1/force" in error
+    assert "--namespace" in error
+
+
+@pytest.mark.parametrize(("namespace", "force"), [("/left", 30.0), ("right", 50.0)])
+def test_the_namespace_selects_the_joint(two_joints, tmp_path, namespace, force):
+    (recording,) = read_recordings(two_joints, None, namespace)
+    assert recording.force == [force]
+    assert main([str(two_joints), "--namespace", namespace, "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out/transmission_1.csv").exists()
+
+
+def test_an_unknown_namespace_is_named_in_the_error(two_joints, tmp_path, capsys):
+    assert main([str(two_joints), "--namespace", "/middle", "--out", str(tmp_path / "out")]) == 1
+    assert "/middle/transmission_N/force" in capsys.readouterr().err
 
 
 def test_an_sqlite_bag_is_read(tmp_path, samples):

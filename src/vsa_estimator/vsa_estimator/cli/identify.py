@@ -127,7 +127,7 @@ def main(argv: list[str] | None = None) -> int:
         groups: dict[str, list[Recording]] = {}
         timings: dict[str, list[Timing]] = {}
         for path in arguments.input:
-            for recording in read_recordings(path, arguments.transmission):
+            for recording in read_recordings(path, arguments.transmission, arguments.namespace):
                 even, timing = corrected(recording)
                 groups.setdefault(even.transmission, []).append(even)
                 timings.setdefault(even.transmission, []).append(timing)
@@ -164,6 +164,9 @@ def _parser() -> argparse.ArgumentParser:
         "--transmission",
         metavar="NAME",
         help="for bags: this transmission only; for CSV: its name (default: transmission_1)",
+    )
+    parser.add_argument(
+        "--namespace", metavar="NAME", help="for a bag of several joints: the joint's namespace (/vsa in this suite)"
     )
     parser.add_argument(
         "--elastic-law",

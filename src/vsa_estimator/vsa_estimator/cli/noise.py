@@ -50,7 +50,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; exit code 0, or 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
-        recordings = read_recordings(arguments.input, arguments.transmission)
+        recordings = read_recordings(arguments.input, arguments.transmission, arguments.namespace)
         results = {one.transmission: analyse(one) for one in recordings}
         noise = {name: signals for name, (signals, _) in results.items()}
         arguments.out.mkdir(parents=True, exist_ok=True)
@@ -79,6 +79,9 @@ def _parser() -> argparse.ArgumentParser:
         "--transmission",
         metavar="NAME",
         help="for a bag: this transmission only; for a CSV: its name (default: transmission_1)",
+    )
+    parser.add_argument(
+        "--namespace", metavar="NAME", help="for a bag of several joints: the joint's namespace (/vsa in this suite)"
     )
     parser.add_argument(
         "--out", type=Path, default=Path("noise"), metavar="DIR", help="folder for noise.yaml and noise.png"
