@@ -3,6 +3,7 @@
 
 import argparse
 import json
+import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, astuple
@@ -15,6 +16,7 @@ from vsa_bench.joint.plot import plot
 from vsa_bench.joint.recorded import identify_bag
 from vsa_bench.joint.report import HEADER, NOTE, case_json, rows, summary
 from vsa_common.config.configuration import load
+from vsa_common.fork import killed_with
 from vsa_common.io.bags import BagError
 from vsa_common.terminal import progress, show_table
 from vsa_joint.experiment.excitation import PERIOD
@@ -34,7 +36,8 @@ def main(argv: list[str] | None = None) -> int:
         return _from_bag(arguments)
     cases = _cases(arguments)
     outcomes: list[Outcome] = []
-    with ProcessPoolExecutor(arguments.jobs) as pool, progress(len(cases), "experiments", count=True) as bar:
+    workers = ProcessPoolExecutor(arguments.jobs, initializer=killed_with, initargs=(os.getpid(),))
+    with workers as pool, progress(len(cases), "experiments", count=True) as bar:
         for outcome in pool.map(run, cases):
             outcomes.append(outcome)
             bar.advance()
