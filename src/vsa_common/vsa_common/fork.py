@@ -1,7 +1,9 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parallel tasks in forked processes, which inherit the memory of this one; only results are transferred.
 
-A forked process is killed at the end of the one that started it. Threads are not inherited: a task must not use polars, whose thread pool would block without end.
+A forked process is killed at the end of the one that started it.
+
+Threads are not inherited: a task must not use polars, whose thread pool would block without end.
 """
 
 import contextlib

@@ -205,6 +205,31 @@ def test_the_page_shows_live_data_detects_a_timeout_and_reconnects(isolated, bro
         process.wait()
 
 
+def test_without_frames_nothing_is_shown_as_valid_and_the_page_reconnects(isolated, browser):
+    port = free_port()
+    process, rig = start_view(port), Publisher()
+    chips = ("status_transmission_1", "status_transmission_2", "status_joint")
+    try:
+        browser.get(f"http://127.0.0.1:{port}/")
+        for chip in chips:
+            eventually(browser, text_of(f"#{chip} b"), "VALID")
+        eventually(browser, text_of("#row_stiffness td:nth-child(3)"), "2.345 ± 0 valid")
+        process.send_signal(signal.SIGSTOP)  # the connection stays open
+        eventually(browser, "document.querySelector('#link').dataset.status", "LOST", 10)
+        assert [displayed_text(browser, f"#{chip} b") for chip in chips] == ["SILENT"] * 3
+        assert displayed_text(browser, "#row_stiffness td:nth-child(3)") == "2.345 ± 0 not valid"
+        assert browser.execute_script("return document.querySelectorAll('.tag.valid').length") == 0
+        assert "trying again" in displayed_text(browser, "#no_data")
+        process.send_signal(signal.SIGCONT)
+        eventually(browser, "document.querySelector('#link').dataset.status", "LIVE")
+        for chip in chips:
+            eventually(browser, text_of(f"#{chip} b"), "VALID")
+    finally:
+        rig.close()
+        process.kill()
+        process.wait()
+
+
 def test_the_elastic_law_of_the_page_is_that_of_the_report(isolated, browser):
     port = free_port()
     process = start_view(port)
