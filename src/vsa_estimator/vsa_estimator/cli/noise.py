@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from vsa_common.config.configuration import Parameter, parameters
 from vsa_common.figures import MEASURED, SIDE_1, panels, save
 from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
@@ -14,23 +15,42 @@ from vsa_common.terminal import show_table
 from vsa_estimator.offline.allan import Allan
 from vsa_estimator.offline.noise import analyse
 from vsa_estimator.offline.recordings import RecordingError, read_recordings
+from vsa_estimator.settings import EstimatorConfig
 
 UNITS = {"force": "N", "force_rate": "N/s", "deflection": "m"}
 HEADER = ("signal", "std", "variance", "unit", "std of 1 s mean", "slope", "noise")
 
 
 def write_parameters(path: Path, noise: dict[str, dict[str, Allan]]) -> None:
-    """Write a ROS parameter file with the noise of each transmission's estimator."""
+    """Write a ROS parameter file with the noise of each transmission's estimator, clipped to its declared range."""
     tree = {}
     for name, signals in noise.items():
-        values = {f"{signal}_noise_std": float(f"{signals[signal].std:.6g}") for signal in ("force", "deflection")}
+        values = {
+            one.name: float(f"{min(max(signals[signal].std, one.low), one.high):.6g}")
+            for signal, one in _declared().items()
+        }
         tree[f"/**/{name.replace('transmission', 'estimator')}"] = {"ros__parameters": values}
     notes = [
         f"# {name}: {signal} {one.std:.4g} {UNITS[signal]}, {one.classification} (slope {one.slope:.2f})\n"
         for name, signals in noise.items()
         for signal, one in signals.items()
     ]
+    notes += [f"# {name}: {line}\n" for name, signals in noise.items() for line in constant_signals(signals)]
     path.write_text("".join(notes) + yaml.safe_dump(tree, sort_keys=False))
+
+
+def constant_signals(signals: dict[str, Allan]) -> list[str]:
+    """A line for each signal without a change above rounding errors, of which the noise is unknown."""
+    constant = [(signal, one.low) for signal, one in _declared().items() if signals[signal].std < one.low]
+    return [
+        f"the {name} did not change: the least permitted {low:g} {UNITS[name]} is written" for name, low in constant
+    ]
+
+
+def _declared() -> dict[str, Parameter]:
+    """The estimator's parameters of the noise, by signal."""
+    ranges = {parameter.name: parameter for parameter in parameters(EstimatorConfig)}
+    return {signal: ranges[f"{signal}_noise_std"] for signal in ("force", "deflection")}
 
 
 def plot(path: Path, noise: dict[str, dict[str, Allan]]) -> None:
@@ -65,7 +85,7 @@ def main(argv: list[str] | None = None) -> int:
             for s, a in signals.items()
         ]
         note = f"Slope of the Allan variance: -1 for white noise. Timing: {results[name][1]}."
-        show_table(name, HEADER, table, note)
+        show_table(name, HEADER, table, "; ".join([note, *constant_signals(signals)]))
     print(f"wrote {arguments.out}/noise.yaml and noise.png")
     return 0
 
