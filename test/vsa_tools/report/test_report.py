@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import paper_run
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from vsa_common.config.configuration import load
@@ -277,6 +278,26 @@ def test_an_outlier_of_the_stamps_does_not_extend_the_time_axis(tmp_path, bag):
     run = read_run(tmp_path / "bag")
     assert run.duration == pytest.approx(0.99)
     assert np.isnan(run.joints[0].transmissions[0].force.time[50])
+
+
+@pytest.mark.parametrize("stamped", [True, False])
+def test_the_time_of_a_diagnostic_counts_from_the_first_sample(tmp_path, stamped):
+    recording = Recording(tmp_path / "bag")
+    wrench, text = paper_run.WrenchStamped(), DiagnosticArray()
+    text.status = [DiagnosticStatus(level=bytes([1]), name="/vsa/driver", message="late")]
+    recording.add("/vsa/transmission_1/force", "geometry_msgs/msg/WrenchStamped")
+    recording.add("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    for k in range(5):
+        now_ns = paper_run.START_NS + k * 10**9
+        paper_run.set_stamp(wrench.header.stamp, now_ns)
+        recording.write("/vsa/transmission_1/force", now_ns, serialize_message(wrench))
+        if k >= 3:
+            if stamped:
+                paper_run.set_stamp(text.header.stamp, now_ns)
+            recording.write("/diagnostics", now_ns, serialize_message(text))
+    recording.close()
+    (diagnostic,) = read_run(tmp_path / "bag").diagnostics
+    assert (diagnostic.first, diagnostic.count) == (3.0, 2)
 
 
 def test_the_coefficients_at_the_end_are_a_parameter_file_of_both_estimators(written, run):
