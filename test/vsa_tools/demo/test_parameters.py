@@ -78,7 +78,8 @@ def test_a_parameter_file_has_no_aliases(tmp_path):
 def test_only_outputs_of_a_demo_are_cleared(tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "bag.mcap").write_text("")
-    (tmp_path / "summary.json").write_text("")
+    for name in ("summary.json", "control.json", "pushes.yaml", "coefficients.yaml"):
+        (tmp_path / name).write_text("")
     (tmp_path / "notes.txt").write_text("mine")
     clear(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]

@@ -312,5 +312,6 @@ def test_the_coefficients_at_the_end_are_a_parameter_file_of_both_estimators(wri
 
 def test_a_recording_without_valid_stiffness_gives_no_coefficients(tmp_path):
     paper_run.write_run(tmp_path / "bag", 1.0, RATE)  # not valid before paper_run.VALID_AFTER
+    (tmp_path / "coefficients.yaml").write_text("of an earlier report")
     report.write(tmp_path / "bag", tmp_path, print_files=False)
     assert not (tmp_path / "coefficients.yaml").exists()

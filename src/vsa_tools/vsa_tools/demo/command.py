@@ -42,7 +42,10 @@ PROCESSES = (
     ProcessSpec("driver", "vsa_driver", "driver"),
 )
 VIEW_PORT = 8080
-OUTPUTS = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
+OUTPUTS = (
+    "bag", "logs", "figures", "parameters.yaml", "pushes.yaml", "truth.csv", "summary.json", "control.json",
+    "coefficients.yaml", "report.html", "report.pdf",
+)  # fmt: skip
 DRAIN_S = 5.0  # [s] limit for the last samples to arrive, on a machine under full load
 Arrivals = list[tuple[int, int]]
 

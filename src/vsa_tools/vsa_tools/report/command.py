@@ -93,7 +93,10 @@ def write(
 
 
 def write_coefficients(run: Run, path: Path) -> bool:
-    """Write the coefficients at the end with covariance, start values of another run; whether a stiffness was valid."""
+    """Write the coefficients at the end with covariance, start values of another run; whether a stiffness was valid.
+
+    Without any there is no file at `path`.
+    """
     sections: dict[str, object] = {}
     remarks: list[str] = []
     for joint in run.joints:
@@ -106,6 +109,8 @@ def write_coefficients(run: Run, path: Path) -> bool:
             remarks += described(node, coefficients, f"{run.path.resolve().name}, {side.state.time[-1]:.1f} s")
     if sections:
         write_file(path, sections, remarks)
+    else:
+        path.unlink(missing_ok=True)  # of an earlier report
     return bool(sections)
 
 
