@@ -14,6 +14,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from vsa_common.config.configuration import load
 from vsa_common.io.bags import BagError, Recording
+from vsa_common.io.tables import TableError
 from vsa_estimator.initialization.previous_run import coefficients_of
 from vsa_estimator.settings import Initial, NodeConfig
 from vsa_tools.report import command as report
@@ -126,6 +127,24 @@ def test_true_coefficients_are_those_that_describe_the_rig(stiffness, damping, n
     assert set(found) == names
     expected = {"k2": 267.2, "d1": 4000.0, "d2": -1.089e8, "inertia": 0.4}
     assert found == pytest.approx({name: expected[name] for name in names}, rel=1e-6)
+
+
+@pytest.mark.parametrize("end", ["", "712", "712,3.5", "712,3.5,8e-", ",,", "712,nan\n", "712,3.5,0.008\n"])
+def test_the_truth_of_a_file_that_was_cut_off_is_that_of_its_complete_rows(bag, run, tmp_path, end):
+    rows_of_file = (bag.parent / "truth.csv").read_text().splitlines(keepends=True)[:712]
+    (tmp_path / "truth.csv").write_text("".join(rows_of_file) + end)
+    found = read_truth(tmp_path / "truth.csv", run)["/vsa", "transmission_1"]
+    assert found.coefficients["k2"] == pytest.approx(267.2, rel=1e-6)
+    assert found.coefficients["inertia"] == pytest.approx(0.3755)
+    assert found.time[-1] == pytest.approx(710 / RATE)
+
+
+def test_a_truth_without_a_complete_row_is_an_error(bag, run, tmp_path):
+    header, first = (bag.parent / "truth.csv").read_text().splitlines()[:2]
+    for text in (header, f"{header}\n", f"{header}\n{first[:60]}", f"{header}\n1,2\n"):
+        (tmp_path / "truth.csv").write_text(text)
+        with pytest.raises(TableError, match=r"truth\.csv: line [12]"):
+            read_truth(tmp_path / "truth.csv", run)
 
 
 def test_without_truth_table_1_has_no_empty_columns(run):

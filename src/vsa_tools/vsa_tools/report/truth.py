@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from vsa_common.io.tables import read_columns
+from vsa_common.io.tables import TableError, read_columns
 from vsa_common.stamps import NANOSECONDS
 from vsa_tools.report.columns import Floats
 from vsa_tools.report.data import Run, Transmission
@@ -27,9 +27,16 @@ Truths = dict[tuple[str, str], Truth]  # by the names of joint and transmission
 
 
 def read_truth(path: Path, run: Run) -> Truths:
-    """Truth of each (joint, transmission) of `run` in the rig's CSV file. Raises TableError for an invalid file."""
+    """Truth of each (joint, transmission) of `run` in the rig's CSV file. Raises TableError for an invalid file.
+
+    The file may end within a line; rows with a value that is not finite are left out.
+    """
     names = [f"{quantity}_{i}" for i in (1, 2) for quantity in QUANTITIES]
-    table = read_columns(path, ["sample", *names])
+    table = read_columns(path, ["sample", *names], cut=True)
+    complete = np.isfinite(list(table.values())).all(axis=0)
+    if not complete.any():
+        raise TableError(f"{path}: line 2: expected a row of finite numbers, found none in the whole file")
+    table = {name: column[complete] for name, column in table.items()}
     found: Truths = {}
     for joint in run.joints:
         for side in joint.transmissions:
