@@ -3,6 +3,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from vsa_estimator.estimator import Estimator
 from vsa_estimator.offline.recordings import is_complete, read_recordings
 from vsa_estimator.output.estimate import ROW, row_of
 from vsa_estimator.preprocessing.sequence_gaps import SequenceGaps
-from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.settings import EstimatorConfig, NodeConfig
 
 SECONDS = 12.0
 COLUMNS = (
@@ -330,6 +331,19 @@ def test_a_parameter_file_overrides_the_defaults(tmp_path):
     config = replay_tool.configuration("transmission_2", tmp_path / "mine.yaml")
     assert (config.filter_rate, config.initial.k2, config.initial.d1) == (50.0, 165.6, 4000.0)
     assert replay_tool.configuration("transmission_1", tmp_path / "mine.yaml").initial.k2 == 267.2
+
+
+def test_the_installed_configuration_is_used_where_no_file_is_given(tmp_path, monkeypatch):
+    (tmp_path / "rig.yaml").write_text(
+        "/**/estimator_2:\n  ros__parameters: {filter_rate: 50.0, initial: {k2: 165.6}}\n"
+    )
+    (tmp_path / "mine.yaml").write_text("/**/estimator_2:\n  ros__parameters: {force_noise_std: 0.1}\n")
+    monkeypatch.setattr(replay_tool, "_installed_configuration", lambda: [tmp_path / "rig.yaml"])
+    installed = replay_tool.configuration("transmission_2", None)
+    mine = replay_tool.configuration("transmission_2", tmp_path / "mine.yaml")
+    default = NodeConfig()  # of the live node with --params-file mine.yaml
+    assert (installed.filter_rate, installed.initial.k2) == (50.0, 165.6)
+    assert mine == replace(default, force_noise_std=0.1)
 
 
 def test_an_invalid_parameter_is_rejected(tmp_path, samples, capsys):

@@ -19,8 +19,8 @@ class TableError(ValueError):
 def read_columns(path: str | Path, names: Sequence[str], optional: Sequence[str] = (), *, cut: bool = False) -> Columns:
     """The columns `names` of a CSV file with a header, and those of `optional` that exist.
 
-    An empty cell is NaN: a missing sample. With `cut` the file may end within a line, which is not read. Raises TableError if the file cannot be read, lacks a column, has no row,
-    or contains a cell that is not a number.
+    An empty cell is NaN: a missing sample. With `cut` the file may end within a line, which is not read.
+    Raises TableError if the file cannot be read, lacks a column, has no row, or contains a cell that is not a number.
     """
     text = _read_text(path, cut)
     missing = [name for name in names if name not in text.columns]

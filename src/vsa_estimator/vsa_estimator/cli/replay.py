@@ -74,13 +74,13 @@ def _parts(recording: Recording) -> list[slice]:
 
 
 def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
-    """Parameters of the transmission's estimator: paper_rig.yaml where installed, overridden by the file `given`.
+    """Parameters of the transmission's estimator in the file `given`, without one in paper_rig.yaml where installed.
 
-    Raises ConfigurationError.
+    A parameter that is not in the file has its default, as in the node. Raises ConfigurationError.
     """
     node = transmission.replace("transmission", "estimator")
     values: dict[str, Any] = {}
-    for path in (*_installed_configuration(), *([given] if given else [])):
+    for path in [given] if given else _installed_configuration():
         values |= node_values(path, node, NodeConfig)
     try:
         return build(NodeConfig, values)
@@ -192,7 +192,10 @@ def _parser() -> argparse.ArgumentParser:
         "--namespace", metavar="NAME", help="for a bag of several joints: the joint's namespace (/vsa in this suite)"
     )
     parser.add_argument(
-        "--config", type=Path, metavar="YAML", help="ROS parameter file; parameters not in it keep their defaults"
+        "--config",
+        type=Path,
+        metavar="YAML",
+        help="ROS parameter file; parameters not in it keep their defaults (without it: paper_rig.yaml)",
     )
     parser.add_argument(
         "--out", type=Path, default=Path("vsa_replay"), metavar="DIR", help="folder for NAME.csv and summary.json"
