@@ -61,7 +61,7 @@ class Publisher:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
         self.node = rclpy.create_node("rig", namespace=space, context=self.context)
-        self.stiffness = stiffness
+        self.stiffness, self.valid = stiffness, True
         self.done, self.silent = threading.Event(), threading.Event()
         self.thread = threading.Thread(target=self.run, daemon=True)
         self.thread.start()
@@ -80,7 +80,8 @@ class Publisher:
             now = time.time_ns()
             for (side, leaf), publisher in publishers.items():
                 publisher.publish(self.message(side, kinds[leaf], now))
-            joint = JointImpedance(stiffness=self.stiffness, stiffness_variance=1e-4, stiffness_valid=True, status=2)
+            joint = JointImpedance(stiffness=self.stiffness, stiffness_variance=1e-4, stiffness_valid=self.valid)
+            joint.stiffness_range_valid, joint.stiffness_min, joint.stiffness_max, joint.status = True, 0.5, 2.0, 2
             set_stamp(joint.header.stamp, now)
             joints.publish(joint)
 
@@ -184,6 +185,10 @@ def test_the_page_shows_live_data_detects_a_timeout_and_reconnects(isolated, bro
         drawn = """[...document.querySelectorAll('.plot canvas')].slice(0, 1).every(c =>
             c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"""
         assert browser.execute_script(f"return {drawn}")
+        eventually(browser, "document.querySelector('#gauge').hidden", False)
+        rig.valid = False
+        eventually(browser, "document.querySelector('#gauge').hidden", True)
+        rig.valid = True
         rig.silent.set()
         eventually(browser, text_of("#status_joint b"), "SILENT")
         eventually(browser, f"{text_of('#no_data')}.includes('no publisher of /vsa/transmission_1/force')", True)
