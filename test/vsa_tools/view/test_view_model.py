@@ -77,6 +77,25 @@ def test_a_jump_of_the_stamps_begins_a_new_epoch():
     assert store.end < 1000
 
 
+def test_the_time_axis_follows_stamps_that_step_back_while_another_topic_is_silent():
+    ended, repeated = Stream(("a",)), Stream(("b",))
+    store = TimeSeriesStore({"ended": ended, "repeated": repeated})
+    for index in range(5000, 5100):
+        ended.add(index * BIN_NS, (1.0,))
+        repeated.add(index * BIN_NS, (2.0,))
+    epoch = store.epoch
+    for index in range(1000, 1050):
+        repeated.add(index * BIN_NS, (3.0,))
+    assert store.epoch > epoch
+    assert store.end == 1049 - MAX_LAG
+    frame = store.frame(1000)
+    assert frame["low"] == [[None] * 46, [3.0] * 46]
+    ended.add(1049 * BIN_NS, (4.0,))
+    for index in range(1050, 1060):
+        repeated.add(index * BIN_NS, (3.0,))
+    assert store.frame(1049)["low"] == [[4.0] * 7, [3.0] * 7]
+
+
 def test_a_number_without_a_json_representation_is_null():
     stream = Stream(("a",))
     for index in range(10):
