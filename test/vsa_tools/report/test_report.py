@@ -115,9 +115,11 @@ def test_table_1_gives_the_coefficients_with_their_intervals_and_errors(bag, run
     [
         (lambda x: 207.0 * np.exp(267.2 * x), lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"k2", "d1", "d2", "inertia"}),
         (lambda x: 650.0 + 7.5e5 * x, lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"d1", "d2", "inertia"}),
+        (lambda x: np.full_like(x, 4567.8), lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"d1", "d2", "inertia"}),
+        (lambda x: 207.0 * np.exp(267.2 * x), lambda v: np.full_like(v, 4000.0), {"k2", "d1", "inertia"}),
         (lambda x: 207.0 * np.exp(267.2 * x), lambda v: 4000.0 / np.cosh(430.0 * v) ** 2, {"k2", "inertia"}),
     ],
-    ids=("paper", "quadratic spring", "soft knee"),
+    ids=("paper", "quadratic spring", "linear spring", "linear damper", "soft knee"),
 )
 def test_true_coefficients_are_those_that_describe_the_rig(stiffness, damping, names):
     time = np.linspace(0.0, 20.0, 2000)

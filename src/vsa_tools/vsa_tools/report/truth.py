@@ -12,6 +12,7 @@ from vsa_tools.report.data import Run, Transmission
 
 QUANTITIES = ("deflection", "velocity", "acceleration", "force", "stiffness", "damping", "inertia")
 MISFIT = 1e-3  # relative; truth of the paper's law has rounding errors only
+NEGLIGIBLE = 1e-6  # relative; a smaller change is one by rounding errors: the file has 10 digits
 
 
 @dataclass(frozen=True)
@@ -58,18 +59,22 @@ def _truth(table: dict[str, Floats], number: str, side: Transmission, start_ns: 
 def coefficients(columns: dict[str, Floats]) -> dict[str, float]:
     """k2, d1, d2 and inertia by regression: slope of ln(sigma) over x is k2, eq. (3); D = d1 + 3 d2 v^2, eq. (5).
 
-    Coefficients that do not describe the truth within MISFIT, as those of other laws, are absent.
+    Coefficients that do not describe the truth within MISFIT, as those of other laws, are absent; so are slopes that
+    change nothing over the data, as of a linear spring or damper.
     """
     found: dict[str, float] = {"inertia": float(np.median(columns["inertia"]))}
     x = columns["deflection"]
     if np.ptp(x) > 0.0:
         line = np.polyfit(x - x.mean(), np.log(columns["stiffness"]), 1)
-        if np.abs(np.polyval(line, x - x.mean()) - np.log(columns["stiffness"])).max() < MISFIT:
+        misfit = np.abs(np.polyval(line, x - x.mean()) - np.log(columns["stiffness"])).max()
+        if misfit < MISFIT and abs(line[0]) * np.ptp(x) > NEGLIGIBLE:
             found["k2"] = float(line[0])
     square, damping = columns["velocity"] ** 2, columns["damping"]
     passive = damping > 0.01 * damping.max()  # beyond its peak speed the damper law is clipped
     if np.ptp(square[passive]) > 0.0:
         slope, d1 = np.polyfit(square[passive], damping[passive], 1)
         if np.abs(d1 + slope * square - damping)[passive].max() < MISFIT * damping.max():
-            found |= {"d1": float(d1), "d2": float(slope / 3.0)}
+            found["d1"] = float(d1)
+            if abs(slope) * np.ptp(square[passive]) > NEGLIGIBLE * damping.max():
+                found["d2"] = float(slope / 3.0)
     return found
