@@ -20,6 +20,7 @@ from vsa_estimator.settings import Initial, NodeConfig
 from vsa_tools.report import command as report
 from vsa_tools.report.data import read_run
 from vsa_tools.report.downsampling import cloud, envelope, extremes
+from vsa_tools.report.joint_figures import figure_joint
 from vsa_tools.report.model_figures import elastic_law, figure_elastic_law, figure_laws, residual
 from vsa_tools.report.panels import force_rate
 from vsa_tools.report.tables import health_table, joint_table, table_1
@@ -165,6 +166,15 @@ def test_the_joint_table_covers_valid_samples_only(run):
         stiffness = stiffness + 0.0215**2 * sigma * 1e5 / (4e5 + sigma)
     assert row[1] == f"{stiffness.min():.4g} … {stiffness.max():.4g}"
     assert row[-1] == "50.0 %"
+
+
+def test_the_band_of_the_joint_stiffness_is_symmetric_in_the_logarithm(run):
+    joint = run.joints[0]
+    axes = figure_joint(joint, run.duration).axes[0]
+    band = axes.collections[0].get_paths()[0].vertices[:, 1]
+    stiffness = joint.impedance["stiffness"]  # standard deviation 1 % of the value
+    assert band.min() == pytest.approx(stiffness.min() * np.exp(-0.02), rel=2e-5)
+    assert band.max() == pytest.approx(stiffness.max() * np.exp(0.02), rel=2e-5)
 
 
 def test_health_counts_the_lost_frame_and_the_delay(run):
