@@ -89,6 +89,8 @@ def _run(
     task: Callable[[ReportProgress], Result], writer: Connection, readers: Sequence[Connection], parent: int
 ) -> None:
     killed_with(parent)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C is reported by the parent alone
     for reader in readers:  # only the parent reads: without it a send fails in place of waiting for ever
         reader.close()
     try:

@@ -229,6 +229,16 @@ def test_a_truncated_bag_is_replayed_and_reported(tmp_path, samples, capsys):
         assert sum(1 for _ in csv.reader(file)) == len(samples.force) + 1
 
 
+@pytest.mark.parametrize("command", [noise_command, identify_command])
+def test_a_truncated_bag_is_used_and_reported(tmp_path, samples, capsys, command):
+    bag = write_mcap(tmp_path / "bag", samples, close=False)
+    assert command([str(bag), "--transmission", "transmission_1", "--out", str(tmp_path / "out")]) == 1
+    printed = capsys.readouterr()
+    assert "wrote" in printed.out
+    assert printed.err.count("\n") == 1
+    assert "bag: the bag was cut off" in printed.err
+
+
 def test_invalid_rows_are_dropped_and_counted(tmp_path, samples):
     stamp, force = samples.stamp_ns / 1e9, samples.force.copy()
     stamp[100] = stamp[99]

@@ -259,6 +259,15 @@ def test_a_bag_of_sensors_alone_has_motion_and_health_figures(tmp_path):
     }  # fmt: skip
 
 
+def test_a_truth_that_cannot_be_assigned_is_a_warning(bag, tmp_path):
+    paper_run.write_run(tmp_path / "bag", 1.0, leaves=("force", "encoder", "impedance", "estimator_state"))
+    text = "transmission_1: without capture_counters the truth cannot be assigned to its samples"
+    with_truth = report.write(tmp_path / "bag", tmp_path / "out", bag.parent / "truth.csv", print_files=False)
+    assert text in with_truth.read_text()
+    assert text not in report.write(tmp_path / "bag", tmp_path / "out", print_files=False).read_text()
+    assert text not in report.write(bag, tmp_path / "out", print_files=False).read_text()
+
+
 def test_a_truncated_recording_is_read_to_its_end(bag, tmp_path):
     shutil.copytree(bag, tmp_path / "bag")
     (tmp_path / "bag" / "metadata.yaml").unlink()

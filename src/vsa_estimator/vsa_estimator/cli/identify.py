@@ -121,7 +121,7 @@ def posterior(result: Identification) -> NamedCoefficients:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; exit code 0, or 1 with one line on stderr."""
+    """Run the command; exit code 0 if all recordings were used to their end, else 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
         groups: dict[str, list[Recording]] = {}
@@ -144,7 +144,10 @@ def main(argv: list[str] | None = None) -> int:
         title = f"{name}: {law_text(one)}" if one.is_exponential else f"{name}: damper, friction and mass"
         show_table(title, COEFFICIENTS, coefficient_rows(one), _note(one, timings[name]))
     print(f"wrote {arguments.out} and {arguments.out.with_suffix('.png')}")
-    return 0
+    cut = dict.fromkeys(str(one.source) for group in groups.values() for one in group if not one.complete)
+    if cut:
+        print(f"identify: {', '.join(cut)}: the bag was cut off; what it holds was used", file=sys.stderr)
+    return 1 if cut else 0
 
 
 def _note(result: Identification, timings: Sequence[Timing]) -> str:

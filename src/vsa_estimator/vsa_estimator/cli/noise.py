@@ -67,7 +67,7 @@ def plot(path: Path, noise: dict[str, dict[str, Allan]]) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; exit code 0, or 1 with one line on stderr."""
+    """Run the command; exit code 0 if the whole recording was analysed, else 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
         recordings = read_recordings(arguments.input, arguments.transmission, arguments.namespace)
@@ -87,6 +87,9 @@ def main(argv: list[str] | None = None) -> int:
         note = f"Slope of the Allan variance: -1 for white noise. Timing: {results[name][1]}."
         show_table(name, HEADER, table, "; ".join([note, *constant_signals(signals)]))
     print(f"wrote {arguments.out}/noise.yaml and noise.png")
+    if not all(one.complete for one in recordings):
+        print(f"noise: {arguments.input}: the bag was cut off; what it holds was analysed", file=sys.stderr)
+        return 1
     return 0
 
 

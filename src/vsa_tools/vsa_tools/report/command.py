@@ -71,14 +71,15 @@ def write(
         lay_out(one.figure)
     out.mkdir(parents=True, exist_ok=True)
     title, lead = f"Impedance report: {run.path.resolve().name}", describe(run)
+    remarks = [*warnings(run), *([] if found is None else without_truth(run, truths))]
     target = out / "report.html"
 
     def write_page() -> None:
-        target.write_text(page(title, lead, warnings(run), tables, pages, _texts(run)), encoding="utf-8")
+        target.write_text(page(title, lead, remarks, tables, pages, _texts(run)), encoding="utf-8")
         write_coefficients(run, out / "coefficients.yaml")
 
     def write_pdf(_: ReportProgress) -> None:
-        first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
+        first = text_page(title, [lead, *remarks], [(one.title, [one.columns, *one.rows]) for one in tables])
         save_pdf([first, *(one.figure for one in pages)], out / "report.pdf")
 
     def write_pictures(_: ReportProgress) -> None:
@@ -159,6 +160,16 @@ def warnings(run: Run) -> list[str]:
             elif not np.any(side.impedance.valid("stiffness")):
                 found.append(f"{joint.name} {side.name}: stiffness is not valid at any time in this run.")
     return found
+
+
+def without_truth(run: Run, truths: Truths) -> list[str]:
+    """Warnings for the transmissions to which the truth of the simulated rig cannot be assigned."""
+    return [
+        f"{joint.name} {side.name}: without capture_counters the truth cannot be assigned to its samples."
+        for joint in run.joints
+        for side in joint.transmissions
+        if (joint.name, side.name) not in truths
+    ]
 
 
 def _texts(run: Run) -> dict[str, str]:
