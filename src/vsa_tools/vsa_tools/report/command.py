@@ -70,9 +70,8 @@ def write(
     for one in pages:
         lay_out(one.figure)
     out.mkdir(parents=True, exist_ok=True)
-    title, lead = f"Impedance report: {run.path.resolve().name}", describe(run)
+    title, lead, target = f"Impedance report: {run.path.resolve().name}", describe(run), out / "report.html"
     remarks = [*warnings(run), *([] if found is None else without_truth(run, truths))]
-    target = out / "report.html"
 
     def write_page() -> None:
         target.write_text(page(title, lead, remarks, tables, pages, _texts(run)), encoding="utf-8")
