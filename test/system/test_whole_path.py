@@ -22,7 +22,8 @@ pytestmark = pytest.mark.live
 
 RATE = 200
 DURATION = 25.0
-COMMANDS = {"/vsa/motor_commands", "/vsa/stiffness_command"}  # the demo publishes none
+# Of stiffness control, which the plain demo does not have.
+COMMANDS = {"/vsa/motor_commands", "/vsa/stiffness_command", "/vsa/stiffness_controller/status"}
 
 
 def demo(out: Path, duration: float, *options: str) -> subprocess.Popen:

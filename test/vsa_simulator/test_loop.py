@@ -3,14 +3,18 @@
 
 import csv
 import threading
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from vsa_common.ros.diagnostics import ERROR, CounterDelta
 from vsa_driver.can.bus import Bus, BusConfig, BusError, open_bus
 from vsa_driver.can.frames import RIG_DBC, FrameSet
 from vsa_simulator.frames import RigFrames
 from vsa_simulator.ground_truth import HEADER, TruthFile
 from vsa_simulator.loop import FrameDelays, RigLoop
+from vsa_simulator.node import RigSimulatorNode
 from vsa_simulator.rig.config import MotorConfig, RigConfig, SensorErrorConfig
 from vsa_simulator.rig.rig import Rig
 
@@ -147,6 +151,33 @@ def test_failures_of_the_bus_are_counted_and_the_rig_continues(tmp_path):
     assert (len(rows), received) == (50, [])
     assert loop.send_failures == 2 * 50 + 2 * 10
     assert loop.reason == "dead: bus-off"
+
+
+class FullDisk(TruthFile):
+    """A truth file on a disk that is full after 20 rows."""
+
+    def write(self, sample, row):
+        if sample >= 20:
+            raise OSError(28, "No space left on device")
+        super().write(sample, row)
+
+
+def test_a_failure_of_the_truth_file_ends_the_clock_and_is_named(tmp_path):
+    loop = RigLoop(
+        Rig(RigConfig(rate_hz=RATE)), open_bus(BUS), RigFrames(FRAMES), 5, None, FullDisk(tmp_path / "truth.csv")
+    )
+    loop.open()
+    loop.start_clock()
+    end = time.monotonic() + 20.0
+    while not loop.failure and time.monotonic() < end:
+        time.sleep(0.01)
+    assert "No space left on device" in loop.failure
+    assert not loop.running
+    node = SimpleNamespace(_loop=loop, _delta=CounterDelta(), config=RigConfig(rate_hz=RATE))
+    level, text, _ = RigSimulatorNode._simulation(node)
+    assert level == ERROR
+    assert "No space left on device" in text
+    loop.close()
 
 
 def test_the_clock_runs_from_its_start_to_its_stop(tmp_path):

@@ -43,9 +43,13 @@ def filled_model():
             status=2,
         )
         side.add_impedance(data, 10.0)
+    joint = JointImpedance(stiffness=0.75, stiffness_valid=True, status=2, reason="one tendon is slack")
+    joint.stiffness_range_valid, joint.stiffness_min, joint.stiffness_max = True, 0.5, 2.0
+    model.joint.add_impedance(serialize_message(joint), S, 10.0)
+    model.joint.set_angle(0.25, 10.0)
     state = EstimatorState(k2=267.2, k2_variance=4.0, k2_valid=True, reset_count=1, reset_reason=4, samples_fused=100)
     state.observability = ["inertia: move faster"]
     side.add_state(serialize_message(state))
     side.add_counters(counters(S, 1, 2, 5))
-    model.add_diagnostics(diagnostic(2, "bus off"), S, "/vsa/")
+    model.add_diagnostics(diagnostic(2, "bus off"), S, 10.0, "/vsa/")
     return model

@@ -1,7 +1,7 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figures in the style of the suite, drawn by matplotlib without a display.
 
->>> figure, (top, bottom) = panels(2, share_x=True)
+>>> figure, (top, bottom) = panels(2)
 >>> line = top.plot([0.0, 1.0], [2.0, 3.0], color=SIDE_1)
 >>> save(figure, "two.png")  # doctest: +SKIP
 """
@@ -58,12 +58,11 @@ def panels(
     *,
     height: float | None = None,
     width: float = WIDTH,
-    share_x: bool = False,
     title: str = "",
 ) -> tuple[Figure, Any]:
     """A figure and its axes: one, an array of them, or a matrix, as `Figure.subplots` returns them; sizes in inches."""
     figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=share_x)
+    axes = figure.subplots(rows, columns)
     if title:
         set_title(figure, title)
     return figure, axes

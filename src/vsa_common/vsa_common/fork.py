@@ -1,10 +1,16 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Parallel tasks in forked processes, which inherit the memory of this one; only results are transferred.
 
+A forked process is killed at the end of the one that started it.
+
 Threads are not inherited: a task must not use polars, whose thread pool would block without end.
 """
 
+import contextlib
+import ctypes
 import multiprocessing
+import os
+import signal
 from collections.abc import Callable, Sequence
 from functools import partial
 from multiprocessing.connection import Connection, wait
@@ -12,7 +18,15 @@ from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+_PR_SET_PDEATHSIG = 1
 ReportProgress = Callable[[float], None]  # argument: number of steps done
+
+
+def killed_with(parent: int) -> None:
+    """Request SIGKILL for this process at the end of the thread of `parent` that started it, whatever ends that."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # the parent ended before the request
+        os._exit(1)
 
 
 class ForkedTasks(Generic[Result]):
@@ -24,7 +38,8 @@ class ForkedTasks(Generic[Result]):
         self._readers: list[Connection] = []
         for task in tasks:
             reader, writer = fork.Pipe(duplex=False)
-            fork.Process(target=_run, args=(task, writer), daemon=True).start()
+            arguments = (task, writer, [*self._readers, reader], os.getpid())
+            fork.Process(target=_run, args=arguments, daemon=True).start()
             writer.close()
             self._readers.append(reader)
 
@@ -70,8 +85,16 @@ def _map_part(function: Callable[[Item], Result], items: Sequence[Item], report:
     return results
 
 
-def _run(task: Callable[[ReportProgress], Result], writer: Connection) -> None:
+def _run(
+    task: Callable[[ReportProgress], Result], writer: Connection, readers: Sequence[Connection], parent: int
+) -> None:
+    killed_with(parent)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C is reported by the parent alone
+    for reader in readers:  # only the parent reads: without it a send fails in place of waiting for ever
+        reader.close()
     try:
         writer.send(("done", task(lambda steps: writer.send(("steps", steps)))))
     except Exception as error:  # raised again by `results` in the parent
-        writer.send(("failed", error))
+        with contextlib.suppress(BrokenPipeError):  # the parent reads no more
+            writer.send(("failed", error))

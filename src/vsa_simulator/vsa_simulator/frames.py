@@ -22,6 +22,7 @@ class RigFrames:
         self._ranges = {
             (message.id, name): _range(message, name)
             for message, names in (
+                *((one, ("Force",)) for one in self._transmissions),
                 (self._joint, ("Angle", "ExternalTorque")),
                 (self._motors, ("Position1", "Position2")),
             )
@@ -36,8 +37,8 @@ class RigFrames:
     def transmission(self, side: int, sequence: int, force: float, count: int) -> TxFrame:
         """Frame of transmission `side`, 0 or 1: force [N], encoder count, sequence number."""
         message = self._transmissions[side]
-        counter = sequence % self._counters[message.id]
-        return TxFrame(message.id, message.encode({"Force": force, "EncoderCount": count, "RollingCounter": counter}))
+        values = {"Force": self._clip(message, "Force", force), "EncoderCount": count}
+        return TxFrame(message.id, message.encode(values | {"RollingCounter": sequence % self._counters[message.id]}))
 
     def joint(self, sequence: int, angle: float, torque: float) -> TxFrame:
         """Frame of the shaft: angle [rad], external torque [N m], sequence number of this frame."""

@@ -58,6 +58,7 @@ class RigLoop:
         self.bad_frames = 0  # invalid command frames, datagrams that were no frames
         self.send_failures = 0
         self.reason = ""  # of the last failure to send
+        self.failure = ""  # exception that ended the rig's thread
         self.faults = Faults(rig.config.rate_hz, rig.config.sensors, rig.config.seed)
         self._rig, self._bus, self._frames, self._truth = rig, bus, frames, truth
         self._slow_every = slow_every
@@ -84,7 +85,7 @@ class RigLoop:
     @property
     def running(self) -> bool:
         """Whether the rig's clock runs."""
-        return self._started.is_set() and not self.done
+        return self._started.is_set() and not self.done and not self.failure
 
     @property
     def overruns(self) -> int:
@@ -113,14 +114,23 @@ class RigLoop:
         self._started.clear()
 
     def close(self) -> None:
-        """Stop the thread, wait for it, close bus and truth file."""
+        """Stop the thread, wait for it, close bus and truth file; `failure` names a file that cannot be completed."""
         self._closing.set()
         self._thread.join()
         self._bus.close()
-        if self._truth is not None:
-            self._truth.close()
+        try:
+            if self._truth is not None:
+                self._truth.close()
+        except OSError as error:  # the disk is full
+            self.failure = self.failure or _text(error)
 
     def _run(self) -> None:
+        try:
+            self._pace()
+        except Exception as error:  # of the rig, its frames or the truth file: `failure` makes it known
+            self.failure = _text(error)
+
+    def _pace(self) -> None:
         while not self._closing.is_set():
             if not self.running:
                 self._pacer.stop()
@@ -193,3 +203,7 @@ class RigLoop:
 
     def _is_command(self, frame: Frame) -> bool:
         return frame.arbitration_id == self._frames.command_id and not frame.is_error_frame and not self.faults.bus_off
+
+
+def _text(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"

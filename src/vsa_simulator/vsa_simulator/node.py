@@ -11,7 +11,7 @@ import yaml
 from std_srvs.srv import Trigger
 from vsa_common.config.configuration import ConfigurationError, flag, group, quantity, string
 from vsa_common.ros.diagnostics import CounterDelta
-from vsa_common.ros.node import OK, STEADY, WARN, Health, SuiteNode, Tasks
+from vsa_common.ros.node import ERROR, OK, STEADY, WARN, Health, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_driver.acquisition.mapping import load_frames
 from vsa_driver.can.bus import BusConfig, open_bus
@@ -84,6 +84,8 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
 
     def stop(self) -> None:
         self._loop.close()
+        if self._loop.failure:
+            self.get_logger().error(f"the rig has failed: {self._loop.failure}")
         self.destroy_timer(self._timer)
         for service in self._own_services:
             self.destroy_service(service)
@@ -115,6 +117,8 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
             "motors": "holding" if loop.holding else "moving",
             "failures": ", ".join(map(str, loop.faults.active)) or "none",
         }
+        if loop.failure:
+            return ERROR, f"the rig has failed: {loop.failure}", values
         increases = self._delta.increases({"late": loop.overruns, "failed": loop.send_failures}, time.monotonic())
         if "failed" in increases:
             return WARN, f"{increases['failed']} frames not sent in the last second: {loop.reason}", values
@@ -126,6 +130,9 @@ class RigSimulatorNode(SuiteNode[SimulatorConfig]):
         return OK, state, values
 
     def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._loop.failure:
+            response.message = f"the rig has failed: {self._loop.failure}"
+            return response
         self._loop.start_clock()
         response.success, response.message = True, f"clock runs from sample {self._loop.sent}"
         return response

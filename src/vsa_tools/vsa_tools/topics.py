@@ -19,6 +19,7 @@ OF_A_JOINT = {
     "motor_states": JOINT_STATE,
     "motor_commands": JOINT_STATE,
     "stiffness_command": "vsa_msgs/msg/StiffnessCommand",
+    "stiffness_controller/status": "diagnostic_msgs/msg/DiagnosticStatus",
 }
 DIAGNOSTICS = {"/diagnostics": "diagnostic_msgs/msg/DiagnosticArray"}
 

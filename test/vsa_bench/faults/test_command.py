@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from vsa_bench.faults import command
+from vsa_bench.faults import command, run
 from vsa_bench.faults.cases import FaultCase, HealthyCase
 from vsa_bench.faults.hypotheses import SATURATION
+from vsa_bench.faults.injection import BEGIN_S
 from vsa_bench.faults.observation import observe
 from vsa_bench.faults.run import healthy_figures, run_fault
 from vsa_bench.faults.summary import bars, fault_figures
@@ -47,6 +48,26 @@ def test_a_stuck_encoder_is_detected_named_and_its_figures_are_complete():
     assert figures["named"] == figures["expected"] == "encoder stuck"
     assert figures["longest_wrong_s"] <= figures["wrong_s"]
     json.dumps(figures, allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("duration", "reports", "expected"),
+    [
+        (math.inf, [], None),
+        (2.0, [], 0.0),
+        (math.inf, [(BEGIN_S + 5.0, frozenset({"encoder stuck"}))], 1.0),
+    ],
+    ids=["lasting, not detected", "transient, not detected", "lasting, detected"],
+)
+def test_the_recovery_from_a_lasting_fault_counts_from_its_detection(monkeypatch, duration, reports, expected):
+    time = np.arange(0.0, 60.0, 0.01)
+    valid = (time < BEGIN_S + 4.0) | (time >= BEGIN_S + 6.0)
+    valid |= not reports
+    seen = SimpleNamespace(time=time, valid=valid, reports=reports, wrong=lambda stiffness: time < 0.0)
+    monkeypatch.setattr(run, "faulty", lambda *_: (None, None, None))
+    monkeypatch.setattr(run, "observe", lambda *_: seen)
+    figures = run_fault(FaultCase("encoder_stuck", duration, "mix", 100), 5)
+    assert figures["time_to_valid_s"] == (expected if expected is None else pytest.approx(expected))
 
 
 def test_an_observation_has_the_estimates_of_the_estimator():

@@ -2,6 +2,11 @@
 """Experiment on the joint without ROS: short runs against the truth of the rig."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -120,3 +125,25 @@ def test_a_recording_with_a_gap_or_too_short_raises():
 def test_a_missing_bag_gives_a_one_line_error(capsys, tmp_path):
     assert bench_joint.main(["--bag", str(tmp_path / "none")]) == 1
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("text", ["/**/joint:\n  ros__parameters: {joint: {radius: wide}}\n", "a: [\n"])
+def test_an_invalid_configuration_is_a_one_line_error(tmp_path, capsys, text):
+    (tmp_path / "mine.yaml").write_text(text)
+    assert bench_joint.main(["--bag", str(tmp_path), "--config", str(tmp_path / "mine.yaml")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "mine.yaml" in error
+
+
+def test_ctrl_c_ends_the_experiment_with_one_line():
+    code = "import sys; from vsa_bench.command import main; sys.exit(main(['joint']))"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    time.sleep(8.0)  # within the first experiments
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert errors.endswith("bench joint: stopped\n")

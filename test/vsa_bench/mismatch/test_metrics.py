@@ -3,9 +3,7 @@
 
 import numpy as np
 import pytest
-from vsa_bench.mismatch import metrics
-from vsa_bench.mismatch.metrics import Estimates, aggregate, inadequate_share, peer_error, quantity_figures, settling
-from vsa_common.types import Status
+from vsa_bench.mismatch.metrics import Estimates, aggregate, peer_error, quantity_figures, settling
 
 COUNT = 1000
 TRUE = np.linspace(1000.0, 5000.0, COUNT)
@@ -84,14 +82,6 @@ def test_settling_is_the_last_entry_into_five_per_cent():
     assert settling(stiffness, true, time) == {"time_to_5pct_s": None, "converged": False}
 
 
-def test_the_share_of_an_inadequate_model_needs_such_a_status(monkeypatch):
-    status = np.array([Status.VALID, Status.DEGRADED, Status.VALID, Status.VALID], float)
-    monkeypatch.setattr(metrics, "INADEQUATE", None)
-    assert inadequate_share(status) is None
-    monkeypatch.setattr(metrics, "INADEQUATE", Status.DEGRADED)
-    assert inadequate_share(status) == 0.25
-
-
 def test_a_peer_that_diverges_has_no_error():
     assert peer_error(np.array([1.1, 0.9, 1.0]), np.ones(3)) == pytest.approx(0.1)
     assert peer_error(np.full(3, np.nan), np.ones(3)) is None
@@ -101,7 +91,7 @@ def run(error, seconds, coverage=0.9):
     one = {"valid": 1.0, "error": error, "coverage": coverage, "wrong": 0.0, "half_width": 0.01}
     return {
         "stiffness": one, "damping": one, "inertia": one, "peers": {"menard": 2.0 * error if error else None},
-        "time_to_5pct_s": seconds, "converged": seconds is not None, "inadequate": None, "dropped": 0.0,
+        "time_to_5pct_s": seconds, "converged": seconds is not None, "dropped": 0.0,
     }  # fmt: skip
 
 
@@ -111,5 +101,4 @@ def test_the_aggregate_is_the_median_of_the_runs_and_the_share_of_converged_ones
     assert result["peers"]["menard"] == pytest.approx(0.4)
     assert result["time_to_5pct_s"] == 9.0
     assert result["converged"] == pytest.approx(2.0 / 3.0)
-    assert result["inadequate"] is None
     assert aggregate([run(0.1, 4.0), run(0.1, None), run(0.1, None)])["time_to_5pct_s"] is None

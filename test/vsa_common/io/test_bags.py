@@ -158,3 +158,16 @@ def test_an_existing_bag_is_not_overwritten(tmp_path):
 def test_a_type_without_definition_is_rejected(tmp_path):
     with pytest.raises(bags.BagError, match=r"other_msgs/msg/Thing"):
         bags.Recording(tmp_path / "bag").add("/thing", "other_msgs/msg/Thing")
+
+
+def test_the_files_of_an_unfinished_split_recording_are_read_in_the_order_of_their_numbers(tmp_path):
+    (tmp_path / "split").mkdir()
+    for number in range(12):
+        recording = bags.Recording(tmp_path / "part")
+        recording.add(FORCE, "geometry_msgs/msg/WrenchStamped")
+        recording.write(FORCE, 1_000 + number, wrench(float(number)))
+        recording.close()
+        (tmp_path / "part" / "part.mcap").rename(tmp_path / "split" / f"bag_{number}.mcap")
+        shutil.rmtree(tmp_path / "part")
+    forces = [message.wrench.force.x for _, _, message in bags.read(tmp_path / "split")]
+    assert forces == [float(number) for number in range(12)]

@@ -82,6 +82,18 @@ def test_a_file_that_is_too_short_is_named_in_the_error(tmp_path, capsys):
     assert "short.csv" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("count", [12, 13, 20, 29, 40, 119])
+def test_too_few_rows_of_a_fast_recording_are_a_one_line_error(tmp_path, capsys, count):
+    time = np.arange(count) / 1000.0
+    deflection = 0.010 + 0.002 * np.sin(30.0 * time)
+    columns = {"stamp": time, "force": 16.0 + 0.776 * np.exp(267.2 * deflection), "deflection": deflection}
+    write_columns(tmp_path / "short.csv", columns)
+    assert main([str(tmp_path / "short.csv"), "--out", str(tmp_path / "mine.yaml")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"short.csv: expected at least 120 usable samples, found {count}" in error  # 12 of 100 Hz
+
+
 def test_the_file_has_the_covariance_about_the_middle_of_the_data_and_starts_an_estimator(tmp_path):
     data, rest = record(TRANSMISSION_1, MULTISINE, 40.0), record(TRANSMISSION_1, MULTISINE, 10.0, seed=2)
     columns = {"stamp": data.stamp_ns / 1e9, "force": data.force, "deflection": data.deflection}

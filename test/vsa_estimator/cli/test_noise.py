@@ -28,6 +28,19 @@ def test_the_noise_figures_of_section_vi_are_reproduced(tmp_path, capsys):
     assert "not white" not in capsys.readouterr().out
 
 
+def test_the_noise_of_a_constant_encoder_is_the_least_that_the_estimator_accepts(tmp_path, capsys):
+    stamp = np.arange(6000) / 100.0
+    force = 20.0 + STD * np.random.default_rng(5).standard_normal(len(stamp))
+    write_columns(tmp_path / "rest.csv", {"stamp": stamp, "force": force, "deflection": np.full(len(stamp), 0.01)})
+    assert main([str(tmp_path / "rest.csv"), "--out", str(tmp_path)]) == 0
+    config = load(tmp_path / "noise.yaml", "estimator_1", EstimatorConfig)
+    assert config.deflection_noise_std == 1e-9
+    assert config.force_noise_std == pytest.approx(STD, rel=0.05)
+    assert "deflection did not change" in (tmp_path / "noise.yaml").read_text()
+    assert "deflection did not change" in " ".join(capsys.readouterr().out.split())
+    assert "force did not change" not in (tmp_path / "noise.yaml").read_text()
+
+
 @pytest.mark.parametrize(
     ("stamps", "named"),
     [

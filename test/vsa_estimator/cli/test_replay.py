@@ -3,6 +3,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +20,14 @@ from vsa_common.io.tables import read_columns, write_columns
 from vsa_common.ros.cdr import write_counters
 from vsa_common.types import Status
 from vsa_estimator.cli import replay as replay_tool
+from vsa_estimator.cli.identify import main as identify_command
+from vsa_estimator.cli.noise import main as noise_command
 from vsa_estimator.cli.replay import FIELDS, main
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.offline.recordings import is_complete, read_recordings
 from vsa_estimator.output.estimate import ROW, row_of
 from vsa_estimator.preprocessing.sequence_gaps import SequenceGaps
-from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.settings import EstimatorConfig, NodeConfig
 
 SECONDS = 12.0
 COLUMNS = (
@@ -163,6 +166,42 @@ def test_many_samples_at_once_give_the_estimates_of_single_samples():
     assert all_at_once.predict_to(later_ns) == one.predict_to(later_ns)
 
 
+@pytest.fixture
+def two_joints(tmp_path):
+    """A bag of the joints /left and /right, with a transmission of the same name and other forces."""
+    recording = bags.Recording(tmp_path / "two")
+    for joint in ("left", "right"):
+        recording.add(f"/{joint}/transmission_1/force", "geometry_msgs/msg/WrenchStamped")
+        recording.add(f"/{joint}/transmission_1/encoder", "sensor_msgs/msg/JointState")
+    for joint, force in (("left", 30.0), ("right", 50.0)):
+        for topic, message in zip(("force", "encoder"), messages(1_000_000_000, force, 0.01), strict=True):
+            recording.write(f"/{joint}/transmission_1/{topic}", 1_000_000_000, serialize_message(message))
+    recording.close()
+    return tmp_path / "two"
+
+
+@pytest.mark.parametrize("command", [main, noise_command, identify_command])
+def test_two_joints_with_the_same_transmission_are_refused_without_a_namespace(two_joints, tmp_path, capsys, command):
+    assert command([str(two_joints), "--out", str(tmp_path / "out.yaml")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "/left/transmission_1/force and /right/transmission_1/force" in error
+    assert "--namespace" in error
+
+
+@pytest.mark.parametrize(("namespace", "force"), [("/left", 30.0), ("right", 50.0)])
+def test_the_namespace_selects_the_joint(two_joints, tmp_path, namespace, force):
+    (recording,) = read_recordings(two_joints, None, namespace)
+    assert recording.force == [force]
+    assert main([str(two_joints), "--namespace", namespace, "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out/transmission_1.csv").exists()
+
+
+def test_an_unknown_namespace_is_named_in_the_error(two_joints, tmp_path, capsys):
+    assert main([str(two_joints), "--namespace", "/middle", "--out", str(tmp_path / "out")]) == 1
+    assert "/middle/transmission_N/force" in capsys.readouterr().err
+
+
 def test_an_sqlite_bag_is_read(tmp_path, samples):
     store = get_typestore(Stores.ROS2_JAZZY)
     with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
@@ -188,6 +227,16 @@ def test_a_truncated_bag_is_replayed_and_reported(tmp_path, samples, capsys):
     assert "cut off" in capsys.readouterr().err
     with (tmp_path / "out/transmission_1.csv").open() as file:
         assert sum(1 for _ in csv.reader(file)) == len(samples.force) + 1
+
+
+@pytest.mark.parametrize("command", [noise_command, identify_command])
+def test_a_truncated_bag_is_used_and_reported(tmp_path, samples, capsys, command):
+    bag = write_mcap(tmp_path / "bag", samples, close=False)
+    assert command([str(bag), "--transmission", "transmission_1", "--out", str(tmp_path / "out")]) == 1
+    printed = capsys.readouterr()
+    assert "wrote" in printed.out
+    assert printed.err.count("\n") == 1
+    assert "bag: the bag was cut off" in printed.err
 
 
 def test_invalid_rows_are_dropped_and_counted(tmp_path, samples):
@@ -292,6 +341,19 @@ def test_a_parameter_file_overrides_the_defaults(tmp_path):
     config = replay_tool.configuration("transmission_2", tmp_path / "mine.yaml")
     assert (config.filter_rate, config.initial.k2, config.initial.d1) == (50.0, 165.6, 4000.0)
     assert replay_tool.configuration("transmission_1", tmp_path / "mine.yaml").initial.k2 == 267.2
+
+
+def test_the_installed_configuration_is_used_where_no_file_is_given(tmp_path, monkeypatch):
+    (tmp_path / "rig.yaml").write_text(
+        "/**/estimator_2:\n  ros__parameters: {filter_rate: 50.0, initial: {k2: 165.6}}\n"
+    )
+    (tmp_path / "mine.yaml").write_text("/**/estimator_2:\n  ros__parameters: {force_noise_std: 0.1}\n")
+    monkeypatch.setattr(replay_tool, "_installed_configuration", lambda: [tmp_path / "rig.yaml"])
+    installed = replay_tool.configuration("transmission_2", None)
+    mine = replay_tool.configuration("transmission_2", tmp_path / "mine.yaml")
+    default = NodeConfig()  # of the live node with --params-file mine.yaml
+    assert (installed.filter_rate, installed.initial.k2) == (50.0, 165.6)
+    assert mine == replace(default, force_noise_std=0.1)
 
 
 def test_an_invalid_parameter_is_rejected(tmp_path, samples, capsys):

@@ -14,7 +14,7 @@ from vsa_estimator.settings import NodeConfig
 from vsa_simulator.node import SimulatorConfig
 from vsa_simulator.rig.dynamics import TRUTH
 from vsa_simulator.rig.rig import Rig
-from vsa_tools.demo.command import clear, write_run
+from vsa_tools.demo.command import clear, main, write_run
 from vsa_tools.demo.isolation import claim_domain
 from vsa_tools.demo.parameters import base_parameters, merge, write_parameters
 from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario
@@ -78,10 +78,32 @@ def test_a_parameter_file_has_no_aliases(tmp_path):
 def test_only_outputs_of_a_demo_are_cleared(tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "bag.mcap").write_text("")
-    (tmp_path / "summary.json").write_text("")
+    for name in ("summary.json", "control.json", "pushes.yaml", "coefficients.yaml"):
+        (tmp_path / name).write_text("")
     (tmp_path / "notes.txt").write_text("mine")
     clear(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        ("--rate", "5", "rate_hz = 5 Hz: must be within 10 to 10000 Hz"),
+        ("--seed", "-1", "seed = -1: must be within 0 to"),
+        ("--duration", "-1", "-1 s: must be above 0 s"),
+        ("--duration", "nan", "nan s: must be above 0 s"),
+        ("--duration", "inf", "inf s: must be above 0 s"),
+    ],
+)
+def test_a_bad_option_is_refused_before_the_outputs_of_an_earlier_demo_are_removed(
+    tmp_path, capsys, option, value, expected
+):
+    (tmp_path / "summary.json").write_text("earlier")
+    with pytest.raises(SystemExit) as end:
+        main(["--out", str(tmp_path), option, value])
+    assert end.value.code == 2  # as for an unknown option
+    assert expected in capsys.readouterr().err
+    assert (tmp_path / "summary.json").read_text() == "earlier"
 
 
 def test_two_runs_never_share_a_domain_or_a_port():

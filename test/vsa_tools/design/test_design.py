@@ -3,6 +3,7 @@
 
 import csv
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 from vsa_common.config.configuration import ConfigurationError
 from vsa_tools.design.cam import Follower, cam_for, least_preload, rolled_force
-from vsa_tools.design.command import Design, describe, main
+from vsa_tools.design.command import Design, check_cuttable, describe, main
 from vsa_tools.design.spring import ExponentialSpring, Specification, spring_from
 
 PAPER = spring_from(Specification(alpha=1.3288))
@@ -125,6 +126,22 @@ def test_undercut_is_a_one_line_error_with_the_remedy(tmp_path, capsys):
     for word in ("undercut", "roller_radius = 0.003 m", "use a roller below 0.0016 m", "preload of at least"):
         assert word in error
     assert not (tmp_path / "out").exists()
+
+
+def test_a_spring_that_pushes_at_rest_is_a_one_line_error_without_files(tmp_path, capsys):
+    assert main(["--force-error", "1.0", "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "force_error = 1 1: the force at rest would be -" in error
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("field", ["slope", "curvature"])
+def test_a_cam_that_is_not_a_number_is_refused(field):
+    cam = cam_for(PAPER, Follower(), 0.020)
+    invalid = replace(cam, **{field: np.full_like(cam.slope, np.nan)})
+    with pytest.raises(ConfigurationError):
+        check_cuttable(PAPER, Follower(), invalid)
 
 
 def test_the_command_prints_the_law_and_writes_the_profile(tmp_path, capsys):

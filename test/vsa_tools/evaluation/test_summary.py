@@ -150,6 +150,16 @@ def test_each_side_of_the_joint_is_evaluated_at_its_own_sample():
     assert summary == {"messages": N - 1, "stiffness_nrmse": 0.0, "damping_nrmse": 0.0, "stiffness_coverage95": 1.0}
 
 
+@pytest.mark.parametrize(("scale", "covered"), [(0.4, 1.0), (5.0, 0.0)])
+def test_the_interval_of_the_joint_stiffness_is_symmetric_in_the_logarithm(scale, covered):
+    geometry, index = Geometry(0.02, (1e5, 1e5), 0.01), np.arange(N)
+    stiffness, damping = joint_truth(truth(), (index, index), geometry)
+    value = scale * stiffness
+    run_of_joint = JointRun((index, index), Series(value, 0.5 * value), Series(damping, damping))
+    # exp(+-0.98) is a factor of 0.38 to 2.66; 1 +- 0.98 is one of 0.02 to 1.98
+    assert joint_summary(run_of_joint, truth(), geometry)["stiffness_coverage95"] == covered
+
+
 def test_latency_is_in_milliseconds():
     assert latency_summary(np.arange(101) * 1_000_000) == {"p50": 50.0, "p99": 99.0, "max": 100.0}
     assert latency_summary(np.array([], dtype=int)) == {"p50": None, "p99": None, "max": None}

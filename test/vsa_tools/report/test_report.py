@@ -9,15 +9,18 @@ from dataclasses import replace
 import numpy as np
 import paper_run
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from vsa_common.config.configuration import load
 from vsa_common.io.bags import BagError, Recording
+from vsa_common.io.tables import TableError
 from vsa_estimator.initialization.previous_run import coefficients_of
 from vsa_estimator.settings import Initial, NodeConfig
 from vsa_tools.report import command as report
 from vsa_tools.report.data import read_run
 from vsa_tools.report.downsampling import cloud, envelope, extremes
+from vsa_tools.report.joint_figures import figure_joint
 from vsa_tools.report.model_figures import elastic_law, figure_elastic_law, figure_laws, residual
 from vsa_tools.report.panels import force_rate
 from vsa_tools.report.tables import health_table, joint_table, table_1
@@ -113,9 +116,11 @@ def test_table_1_gives_the_coefficients_with_their_intervals_and_errors(bag, run
     [
         (lambda x: 207.0 * np.exp(267.2 * x), lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"k2", "d1", "d2", "inertia"}),
         (lambda x: 650.0 + 7.5e5 * x, lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"d1", "d2", "inertia"}),
+        (lambda x: np.full_like(x, 4567.8), lambda v: 4000.0 - 3.0 * 1.089e8 * v**2, {"d1", "d2", "inertia"}),
+        (lambda x: 207.0 * np.exp(267.2 * x), lambda v: np.full_like(v, 4000.0), {"k2", "d1", "inertia"}),
         (lambda x: 207.0 * np.exp(267.2 * x), lambda v: 4000.0 / np.cosh(430.0 * v) ** 2, {"k2", "inertia"}),
     ],
-    ids=("paper", "quadratic spring", "soft knee"),
+    ids=("paper", "quadratic spring", "linear spring", "linear damper", "soft knee"),
 )
 def test_true_coefficients_are_those_that_describe_the_rig(stiffness, damping, names):
     time = np.linspace(0.0, 20.0, 2000)
@@ -125,6 +130,24 @@ def test_true_coefficients_are_those_that_describe_the_rig(stiffness, damping, n
     assert set(found) == names
     expected = {"k2": 267.2, "d1": 4000.0, "d2": -1.089e8, "inertia": 0.4}
     assert found == pytest.approx({name: expected[name] for name in names}, rel=1e-6)
+
+
+@pytest.mark.parametrize("end", ["", "712", "712,3.5", "712,3.5,8e-", ",,", "712,nan\n", "712,3.5,0.008\n"])
+def test_the_truth_of_a_file_that_was_cut_off_is_that_of_its_complete_rows(bag, run, tmp_path, end):
+    rows_of_file = (bag.parent / "truth.csv").read_text().splitlines(keepends=True)[:712]
+    (tmp_path / "truth.csv").write_text("".join(rows_of_file) + end)
+    found = read_truth(tmp_path / "truth.csv", run)["/vsa", "transmission_1"]
+    assert found.coefficients["k2"] == pytest.approx(267.2, rel=1e-6)
+    assert found.coefficients["inertia"] == pytest.approx(0.3755)
+    assert found.time[-1] == pytest.approx(710 / RATE)
+
+
+def test_a_truth_without_a_complete_row_is_an_error(bag, run, tmp_path):
+    header, first = (bag.parent / "truth.csv").read_text().splitlines()[:2]
+    for text in (header, f"{header}\n", f"{header}\n{first[:60]}", f"{header}\n1,2\n"):
+        (tmp_path / "truth.csv").write_text(text)
+        with pytest.raises(TableError, match=r"truth\.csv: line [12]"):
+            read_truth(tmp_path / "truth.csv", run)
 
 
 def test_without_truth_table_1_has_no_empty_columns(run):
@@ -143,6 +166,15 @@ def test_the_joint_table_covers_valid_samples_only(run):
         stiffness = stiffness + 0.0215**2 * sigma * 1e5 / (4e5 + sigma)
     assert row[1] == f"{stiffness.min():.4g} … {stiffness.max():.4g}"
     assert row[-1] == "50.0 %"
+
+
+def test_the_band_of_the_joint_stiffness_is_symmetric_in_the_logarithm(run):
+    joint = run.joints[0]
+    axes = figure_joint(joint, run.duration).axes[0]
+    band = axes.collections[0].get_paths()[0].vertices[:, 1]
+    stiffness = joint.impedance["stiffness"]  # standard deviation 1 % of the value
+    assert band.min() == pytest.approx(stiffness.min() * np.exp(-0.02), rel=2e-5)
+    assert band.max() == pytest.approx(stiffness.max() * np.exp(0.02), rel=2e-5)
 
 
 def test_health_counts_the_lost_frame_and_the_delay(run):
@@ -227,6 +259,15 @@ def test_a_bag_of_sensors_alone_has_motion_and_health_figures(tmp_path):
     }  # fmt: skip
 
 
+def test_a_truth_that_cannot_be_assigned_is_a_warning(bag, tmp_path):
+    paper_run.write_run(tmp_path / "bag", 1.0, leaves=("force", "encoder", "impedance", "estimator_state"))
+    text = "transmission_1: without capture_counters the truth cannot be assigned to its samples"
+    with_truth = report.write(tmp_path / "bag", tmp_path / "out", bag.parent / "truth.csv", print_files=False)
+    assert text in with_truth.read_text()
+    assert text not in report.write(tmp_path / "bag", tmp_path / "out", print_files=False).read_text()
+    assert text not in report.write(bag, tmp_path / "out", print_files=False).read_text()
+
+
 def test_a_truncated_recording_is_read_to_its_end(bag, tmp_path):
     shutil.copytree(bag, tmp_path / "bag")
     (tmp_path / "bag" / "metadata.yaml").unlink()
@@ -279,6 +320,26 @@ def test_an_outlier_of_the_stamps_does_not_extend_the_time_axis(tmp_path, bag):
     assert np.isnan(run.joints[0].transmissions[0].force.time[50])
 
 
+@pytest.mark.parametrize("stamped", [True, False])
+def test_the_time_of_a_diagnostic_counts_from_the_first_sample(tmp_path, stamped):
+    recording = Recording(tmp_path / "bag")
+    wrench, text = paper_run.WrenchStamped(), DiagnosticArray()
+    text.status = [DiagnosticStatus(level=bytes([1]), name="/vsa/driver", message="late")]
+    recording.add("/vsa/transmission_1/force", "geometry_msgs/msg/WrenchStamped")
+    recording.add("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    for k in range(5):
+        now_ns = paper_run.START_NS + k * 10**9
+        paper_run.set_stamp(wrench.header.stamp, now_ns)
+        recording.write("/vsa/transmission_1/force", now_ns, serialize_message(wrench))
+        if k >= 3:
+            if stamped:
+                paper_run.set_stamp(text.header.stamp, now_ns)
+            recording.write("/diagnostics", now_ns, serialize_message(text))
+    recording.close()
+    (diagnostic,) = read_run(tmp_path / "bag").diagnostics
+    assert (diagnostic.first, diagnostic.count) == (3.0, 2)
+
+
 def test_the_coefficients_at_the_end_are_a_parameter_file_of_both_estimators(written, run):
     for side in (1, 2):
         posterior = load(written / "coefficients.yaml", f"estimator_{side}", NodeConfig).initial.posterior
@@ -291,5 +352,6 @@ def test_the_coefficients_at_the_end_are_a_parameter_file_of_both_estimators(wri
 
 def test_a_recording_without_valid_stiffness_gives_no_coefficients(tmp_path):
     paper_run.write_run(tmp_path / "bag", 1.0, RATE)  # not valid before paper_run.VALID_AFTER
+    (tmp_path / "coefficients.yaml").write_text("of an earlier report")
     report.write(tmp_path / "bag", tmp_path, print_files=False)
     assert not (tmp_path / "coefficients.yaml").exists()

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 from vsa_simulator.faults.failure import TYPES, parse
-from vsa_tools.evaluation.recorded_run import Diagnostic
+from vsa_simulator.node import SimulatorConfig
+from vsa_tools.evaluation.recorded_run import JOINT, Diagnostic, Frames
 from vsa_tools.scenarios.fault_evaluation import (
     DIAGNOSES,
     Estimates,
@@ -16,6 +17,7 @@ from vsa_tools.scenarios.fault_evaluation import (
     rig_time,
     undetected_error,
 )
+from vsa_tools.scenarios.faults import FaultRecording
 
 SECOND = 1_000_000_000
 TIME = np.arange(0.0, 30.0, 0.002)
@@ -108,3 +110,18 @@ def test_every_failure_type_has_a_diagnosis_pattern():
 def test_the_rigs_time_is_interpolated_between_frames():
     frames, samples = np.array([0, 2, 4]) * SECOND, np.array([0, 200, 400])
     assert rig_time(np.array([SECOND, 3 * SECOND]), frames, samples, 100.0).tolist() == [1.0, 3.0]
+
+
+@pytest.mark.parametrize("source", [JOINT, "transmission_1"])
+def test_errors_of_stiffness_in_standard_deviations_are_those_of_its_logarithm(source):
+    run = FaultRecording.__new__(FaultRecording)
+    number = np.arange(5)
+    run._rig, run._frames = SimulatorConfig(rate_hz=100), Frames(1_000_000_000 + 10_000_000 * number, number)
+    run._truth = {f"stiffness_{i}": np.full(5, 3000.0) for i in (1, 2)}
+    run._truth |= {f"damping_{i}": np.full(5, 4000.0) for i in (1, 2)}
+    value = 0.4 * run._true_stiffness(source, number)
+    columns = {
+        "stamp_ns": run._frames.stamp_ns, "stiffness": value, "stiffness_variance": (0.5 * value) ** 2,
+        "stiffness_valid": np.ones(5), "status_valid": np.ones(5, bool),
+    }  # fmt: skip
+    assert run._estimates(source, columns).deviations == pytest.approx(np.log(0.4) / 0.5)

@@ -61,7 +61,7 @@ class Publisher:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
         self.node = rclpy.create_node("rig", namespace=space, context=self.context)
-        self.stiffness = stiffness
+        self.stiffness, self.valid = stiffness, True
         self.done, self.silent = threading.Event(), threading.Event()
         self.thread = threading.Thread(target=self.run, daemon=True)
         self.thread.start()
@@ -80,7 +80,8 @@ class Publisher:
             now = time.time_ns()
             for (side, leaf), publisher in publishers.items():
                 publisher.publish(self.message(side, kinds[leaf], now))
-            joint = JointImpedance(stiffness=self.stiffness, stiffness_variance=1e-4, stiffness_valid=True, status=2)
+            joint = JointImpedance(stiffness=self.stiffness, stiffness_variance=1e-4, stiffness_valid=self.valid)
+            joint.stiffness_range_valid, joint.stiffness_min, joint.stiffness_max, joint.status = True, 0.5, 2.0, 2
             set_stamp(joint.header.stamp, now)
             joints.publish(joint)
 
@@ -184,6 +185,10 @@ def test_the_page_shows_live_data_detects_a_timeout_and_reconnects(isolated, bro
         drawn = """[...document.querySelectorAll('.plot canvas')].slice(0, 1).every(c =>
             c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"""
         assert browser.execute_script(f"return {drawn}")
+        eventually(browser, "document.querySelector('#gauge').hidden", False)
+        rig.valid = False
+        eventually(browser, "document.querySelector('#gauge').hidden", True)
+        rig.valid = True
         rig.silent.set()
         eventually(browser, text_of("#status_joint b"), "SILENT")
         eventually(browser, f"{text_of('#no_data')}.includes('no publisher of /vsa/transmission_1/force')", True)
@@ -199,6 +204,31 @@ def test_the_page_shows_live_data_detects_a_timeout_and_reconnects(isolated, bro
         process = start_view(port)
         eventually(browser, "document.querySelector('#link').dataset.status", "LIVE")
         eventually(browser, text_of("#status_joint b"), "VALID")
+    finally:
+        rig.close()
+        process.kill()
+        process.wait()
+
+
+def test_without_frames_nothing_is_shown_as_valid_and_the_page_reconnects(isolated, browser):
+    port = free_port()
+    process, rig = start_view(port), Publisher()
+    chips = ("status_transmission_1", "status_transmission_2", "status_joint")
+    try:
+        browser.get(f"http://127.0.0.1:{port}/")
+        for chip in chips:
+            eventually(browser, text_of(f"#{chip} b"), "VALID")
+        eventually(browser, text_of("#row_stiffness td:nth-child(3)"), "2.345 ± 0 valid")
+        process.send_signal(signal.SIGSTOP)  # the connection stays open
+        eventually(browser, "document.querySelector('#link').dataset.status", "LOST", 10)
+        assert [displayed_text(browser, f"#{chip} b") for chip in chips] == ["SILENT"] * 3
+        assert displayed_text(browser, "#row_stiffness td:nth-child(3)") == "2.345 ± 0 not valid"
+        assert browser.execute_script("return document.querySelectorAll('.tag.valid').length") == 0
+        assert "trying again" in displayed_text(browser, "#no_data")
+        process.send_signal(signal.SIGCONT)
+        eventually(browser, "document.querySelector('#link').dataset.status", "LIVE")
+        for chip in chips:
+            eventually(browser, text_of(f"#{chip} b"), "VALID")
     finally:
         rig.close()
         process.kill()

@@ -77,6 +77,25 @@ def test_a_jump_of_the_stamps_begins_a_new_epoch():
     assert store.end < 1000
 
 
+def test_the_time_axis_follows_stamps_that_step_back_while_another_topic_is_silent():
+    ended, repeated = Stream(("a",)), Stream(("b",))
+    store = TimeSeriesStore({"ended": ended, "repeated": repeated})
+    for index in range(5000, 5100):
+        ended.add(index * BIN_NS, (1.0,))
+        repeated.add(index * BIN_NS, (2.0,))
+    epoch = store.epoch
+    for index in range(1000, 1050):
+        repeated.add(index * BIN_NS, (3.0,))
+    assert store.epoch > epoch
+    assert store.end == 1049 - MAX_LAG
+    frame = store.frame(1000)
+    assert frame["low"] == [[None] * 46, [3.0] * 46]
+    ended.add(1049 * BIN_NS, (4.0,))
+    for index in range(1050, 1060):
+        repeated.add(index * BIN_NS, (3.0,))
+    assert store.frame(1049)["low"] == [[4.0] * 7, [3.0] * 7]
+
+
 def test_a_number_without_a_json_representation_is_null():
     stream = Stream(("a",))
     for index in range(10):
@@ -157,14 +176,38 @@ def test_the_elastic_law_has_its_name_knots_and_the_covariance_of_neighbours():
 
 def test_a_diagnostic_ends_when_its_node_is_back_to_ok():
     model = filled_model()
-    model.add_diagnostics(diagnostic(0, ""), 2 * S, "/vsa/")
+    model.add_diagnostics(diagnostic(0, ""), 2 * S, 11.0, "/vsa/")
     assert model.to_json(10.1)["diagnostics"] == {}
     assert event_lines(model.events)[-2:] == ["driver: bus off x1 error", "driver: back to OK x1 ok"]
 
 
+def test_a_diagnostic_ends_three_seconds_after_the_last_message_of_its_node():
+    model = filled_model()
+    model.add_diagnostics(diagnostic(2, "bus off"), 3 * S, 12.0, "/vsa/")
+    model.check_timeouts(14.9, 6 * S)
+    assert model.to_json(14.9)["diagnostics"] == {"driver": "bus off"}
+    model.check_timeouts(15.1, 7 * S)
+    assert model.to_json(15.1)["diagnostics"] == {}
+    assert event_lines(model.events)[-1] == "driver: no diagnostics for 3 s x1 error"
+
+
+def test_reasons_range_and_angle_end_with_the_timeout():
+    model = filled_model()
+    side = model.transmissions["transmission_1"]
+    side.add_state(serialize_message(EstimatorState(reason="force sensor stuck", observability=["d2: move faster"])))
+    state, later = model.to_json(10.4), model.to_json(10.6)
+    assert (state["transmission_1"]["reason"], state["transmission_1"]["observability"]) == (
+        "force sensor stuck", ["d2: move faster"]
+    )  # fmt: skip
+    assert (later["transmission_1"]["reason"], later["transmission_1"]["observability"]) == ("", [])
+    joint = state["joint"]
+    assert (joint["reason"], joint["range"], joint["angle"]) == ("one tendon is slack", [0.5, 2.0], 0.25)
+    assert (later["joint"]["reason"], "range" in later["joint"], later["joint"]["angle"]) == ("", False, None)
+
+
 def test_diagnostics_of_another_joint_are_ignored():
     model = filled_model()
-    model.add_diagnostics(diagnostic(2, "no sample", "/left/driver"), S, "/vsa/")
+    model.add_diagnostics(diagnostic(2, "no sample", "/left/driver"), S, 10.0, "/vsa/")
     assert model.to_json(10.1)["diagnostics"] == {"driver": "bus off"}
 
 

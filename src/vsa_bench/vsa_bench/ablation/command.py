@@ -17,6 +17,7 @@ from vsa_bench.ablation.groups import GROUPS, groups_of, sources_of
 from vsa_bench.ablation.report import HEADER, NOTE, Effect, Row, as_json, chosen, collect, effect, markdown, table
 from vsa_bench.ablation.trial import PACKAGE, Source, Trial, TrialError, initialize_worker, run_trial
 from vsa_bench.ablation.variation import FACTORS, Variation, declared, vary
+from vsa_common.fork import killed_with
 from vsa_common.terminal import progress, show_table
 
 
@@ -80,7 +81,7 @@ def ablate(sources: Sequence[Source], variations: Sequence[Variation], processes
     """
     durations = {one.name: 1e-9 * float(one.stamps_ns[-1] - one.stamps_ns[0]) for one in sources}
     fork = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(processes, fork, initialize_worker, (sources,)) as pool:
+    with ProcessPoolExecutor(processes, fork, _initialize, (os.getpid(), sources)) as pool:
         base = pool.submit(run_trial, {})
         pending = {pool.submit(run_trial, one.overrides): one for one in variations}
         try:
@@ -98,6 +99,11 @@ def ablate(sources: Sequence[Source], variations: Sequence[Variation], processes
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return reference, effects
+
+
+def _initialize(parent: int, sources: Sequence[Source]) -> None:
+    killed_with(parent)
+    initialize_worker(sources)
 
 
 def _report(rows: Sequence[Row], bases: Mapping[str, Trial], minutes: float) -> dict[str, object]:

@@ -26,9 +26,7 @@ class Bound:
     """Least variances along a recording, (samples,), SI."""
 
     ln_stiffness: Array
-    damping: Array
     k2: Array
-    d2: Array
 
 
 def equivalent_jerk_density(truth: Truth) -> float:
@@ -92,16 +90,10 @@ def _updated(p: Array, row: Array, variance: float) -> Array:
 
 
 def _outputs(truth: Truth) -> Array:
-    """Gradients of ln sigma, D, k2 and d2 by the states, (4, samples, 10), SI."""
-    c = truth.coefficients
-    held = np.clip(truth.velocity, -c.maximum_speed, c.maximum_speed)
-    gradients = np.zeros((4, len(truth.time), 10))
-    gradients[0, :, 0] = c.k2
+    """Gradients of ln sigma and k2 by the states, (2, samples, 10), SI."""
+    gradients = np.zeros((2, len(truth.time), 10))
+    gradients[0, :, 0] = truth.coefficients.k2
     gradients[0, :, 3] = 1.0
     gradients[0, :, 4] = truth.deflection - truth.deflection[0]
-    gradients[1, :, 1] = 6.0 * c.d2 * held
-    gradients[1, :, 5] = 1.0
-    gradients[1, :, 6] = 3.0 * held**2
-    gradients[2, :, 4] = 1.0
-    gradients[3, :, 6] = 1.0
+    gradients[1, :, 4] = 1.0
     return gradients

@@ -145,5 +145,4 @@ METHODS: dict[str, Method] = {
     "recursive_least_squares": _fit(recursive_least_squares.fit),
     "menard": _fit(menard.fit),
 }
-ESTIMATORS = ("force", "force_rate")
 PEERS = ("grioli_bicchi", "recursive_least_squares", "menard")

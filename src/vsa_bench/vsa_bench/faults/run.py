@@ -36,8 +36,7 @@ def run_fault(case: FaultCase, seed: int) -> dict[str, Any]:
     seen = observe(recording, start, READING_PERIOD_S, case.rate_hz)
     detection = detect(seen.reports, BEGIN_S)
     wrong = seen.wrong(stiffness) & (seen.time >= BEGIN_S)
-    lasting = not math.isfinite(case.duration)
-    recovered_from = BEGIN_S + ((detection.delay or 0.0) if lasting else case.duration)
+    ends = detection.delay if not math.isfinite(case.duration) else case.duration  # when recovery is due [s]
     return {
         "fault": case.fault,
         "form": form(case.duration),
@@ -51,7 +50,7 @@ def run_fault(case: FaultCase, seed: int) -> dict[str, Any]:
         "named_after_s": detection.named_after,
         "wrong_s": float(wrong.sum()) / case.rate_hz,
         "longest_wrong_s": longest(wrong, 1.0 / case.rate_hz),
-        "time_to_valid_s": time_to_valid(seen.time, seen.valid, recovered_from),
+        "time_to_valid_s": None if ends is None else time_to_valid(seen.time, seen.valid, BEGIN_S + ends),
     }
 
 

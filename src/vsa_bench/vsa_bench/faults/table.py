@@ -23,7 +23,8 @@ FAULT_NOTE = (
     "All motions and seeds: medians and the worst run. after: from the fault to its first report. isolated: the first "
     "hypothesis that a report names is the right one. wrong: time for which stiffness is valid and off by 4 standard "
     "deviations and 1 %, total and longest. valid after: from the end of a transient fault, or from the detection of a "
-    "lasting one, until stiffness stays valid for 1 s; inf: not within the recording."
+    "lasting one, until stiffness stays valid for 1 s; inf: not within the recording, or not "
+    "detected."
 )
 HEALTHY_NOTE = (
     "After the first 6 s of each recording, or 6 s after its introduction. alarms: status DEGRADED or a reset by "

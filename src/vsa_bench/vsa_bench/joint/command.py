@@ -4,17 +4,17 @@
 import argparse
 import json
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, astuple
 from itertools import product
 from pathlib import Path
 
 from vsa_bench.joint.case import Case
-from vsa_bench.joint.experiment import Outcome, run
+from vsa_bench.joint.experiment import run
 from vsa_bench.joint.plot import plot
 from vsa_bench.joint.recorded import identify_bag
 from vsa_bench.joint.report import HEADER, NOTE, case_json, rows, summary
 from vsa_common.config.configuration import load
+from vsa_common.fork import forked_map
 from vsa_common.io.bags import BagError
 from vsa_common.terminal import progress, show_table
 from vsa_joint.experiment.excitation import PERIOD
@@ -28,16 +28,17 @@ SEEDS = 2
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the experiment; exit code 0, or 1 for a bag that is not usable."""
+    """Run the experiment; exit code 0, 1 for a bag or configuration that is not usable, or 130 after Ctrl-C."""
     arguments = _arguments(argv)
     if arguments.bag:
         return _from_bag(arguments)
-    cases = _cases(arguments)
-    outcomes: list[Outcome] = []
-    with ProcessPoolExecutor(arguments.jobs) as pool, progress(len(cases), "experiments", count=True) as bar:
-        for outcome in pool.map(run, cases):
-            outcomes.append(outcome)
-            bar.advance()
+    try:
+        cases = _cases(arguments)
+        with progress(len(cases), "experiments", count=True) as bar:
+            outcomes = forked_map(run, cases, arguments.jobs, bar.advance)
+    except KeyboardInterrupt:
+        print("bench joint: stopped", file=sys.stderr)
+        return 130
     spring = "" if arguments.spring == EXPONENTIAL else f", {arguments.spring} spring"
     show_table(f"Joint impedance: experiment and estimate{spring}", HEADER, rows(outcomes), NOTE, texts=0)
     print(summary(outcomes))
@@ -49,8 +50,8 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _from_bag(arguments: argparse.Namespace) -> int:
-    config = load(arguments.config, "joint", JointConfig) if arguments.config else JointConfig()
     try:
+        config = load(arguments.config, "joint", JointConfig) if arguments.config else JointConfig()
         identified = identify_bag(arguments.bag, config.joint, arguments.period)
     except (BagError, ValueError) as error:
         print(f"bench joint: {error}", file=sys.stderr)

@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 from vsa_bench.estimation.score import SETTLED, TWO_SIDED_95, WRONG_SHARE, WRONG_STDS, time_to_accuracy
-from vsa_common.types import Array, Booleans, Status
+from vsa_common.types import Array, Booleans
 
 SCORED_FROM = 0.3  # figures are taken over what follows this share of a recording
 DAMPING_FLOOR = 0.2  # of d1: damping errors are relative to the damping, or to this share of d1 where that is greater
 QUANTITIES = ("stiffness", "damping", "inertia")
-# A status of estimates that the model does not explain, where vsa_common.types defines one.
-INADEQUATE = next((one for one in Status if "INADEQUATE" in one.name), None)
 
 
 @dataclass(frozen=True)
@@ -62,11 +60,6 @@ def settling(stiffness: Array, true: Array, time: Array) -> dict[str, Any]:
     return {"time_to_5pct_s": seconds if np.isfinite(seconds) else None, "converged": converged}
 
 
-def inadequate_share(status: Array) -> float | None:
-    """Share of the samples with the status of an inadequate model; None where no such status exists."""
-    return None if INADEQUATE is None else float(np.mean(status == INADEQUATE))
-
-
 def peer_error(stiffness: Array, true: Array) -> float | None:
     """Median relative error of a stiffness without validity; None where it is not finite."""
     return _median(np.abs(stiffness / true - 1.0))
@@ -84,8 +77,7 @@ def aggregate(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     times = [np.inf if run["time_to_5pct_s"] is None else run["time_to_5pct_s"] for run in runs]
     result["time_to_5pct_s"] = _median(np.array(times))
     result["converged"] = float(np.mean([run["converged"] for run in runs]))
-    for key in ("inadequate", "dropped"):
-        result[key] = _median_of([run[key] for run in runs])
+    result["dropped"] = _median_of([run["dropped"] for run in runs])
     return result
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from vsa_bench.mismatch.cases import DEFAULT_LAW
-from vsa_bench.mismatch.metrics import SCORED_FROM, Estimates, inadequate_share, quantity_figures
+from vsa_bench.mismatch.metrics import SCORED_FROM, Estimates, quantity_figures
 from vsa_bench.mismatch.reference import Reference, local_slopes
 from vsa_bench.mismatch.run import estimate
 from vsa_common.io.tables import TableError, read_columns
@@ -66,7 +66,7 @@ def _comparison(path: Path, rows: Record, reference: Reference, time: Array) -> 
     chosen, true = rows[index[kept]], reference.stiffness[kept]
     variance = chosen["stiffness_variance"] + std[kept] ** 2
     estimates = Estimates(chosen["stiffness"], variance, chosen["stiffness_valid"] > 0)
-    return _entry(path, estimates, true) | {"inadequate": inadequate_share(chosen["status"])}
+    return _entry(path, estimates, true)
 
 
 def _accuracy(path: Path, reference: Reference, truth: Array, time: Array) -> Iterator[dict[str, Any]]:
@@ -82,7 +82,7 @@ def _entry(path: Path, estimates: Estimates, true: Array) -> dict[str, Any]:
     figures: dict[str, Any] = dict.fromkeys(("valid", "error", "coverage", "wrong", "half_width"))
     if len(true):
         figures = quantity_figures(estimates, true, true, logarithmic=True)
-    return {"recording": path.name, "points": len(true), "stiffness": figures, "inadequate": None}
+    return {"recording": path.name, "points": len(true), "stiffness": figures}
 
 
 def compare_all(folder: Path, elastic_law: str = DEFAULT_LAW) -> tuple[list[dict[str, Any]], list[str]]:

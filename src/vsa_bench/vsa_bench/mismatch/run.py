@@ -13,7 +13,6 @@ from vsa_bench.mismatch.metrics import (
     SCORED_FROM,
     Estimates,
     aggregate,
-    inadequate_share,
     peer_error,
     quantity_figures,
     settling,
@@ -79,7 +78,6 @@ def run_figures(rows: Record, simulation: Simulation) -> dict[str, Any]:
         "damping": quantity_figures(_estimates(rows[scored], "damping"), damping, scale),
         "inertia": quantity_figures(_estimates(rows[scored], "inertia"), inertia, inertia),
         **settling(rows["stiffness"][used], simulation.stiffness[used], simulation.time[used]),
-        "inadequate": inadequate_share(rows["status"][scored]),
         "dropped": float(1.0 - np.mean(used)),
     }
 

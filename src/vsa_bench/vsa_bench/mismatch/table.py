@@ -10,17 +10,17 @@ from vsa_common.terminal import Page
 
 QUANTITY = ("valid", "error", "cover", "wrong", "+-")
 FIGURES = (
-    f"stiffness {QUANTITY[0]}", *QUANTITY[1:], "5 % after s", f"damping {QUANTITY[0]}", *QUANTITY[1:], "inadequate",
+    f"stiffness {QUANTITY[0]}", *QUANTITY[1:], "5 % after s", f"damping {QUANTITY[0]}", *QUANTITY[1:],
 )  # fmt: skip
 CASE_HEADER = ("case", "motion", "Hz", "best peer", "peer error", *FIGURES)
 WORST_HEADER = ("case", "best peer", "peer error", *FIGURES)
 BAR_HEADER = ("required", "limit", "figure", "worst case", "missed in", "")
-RECORDED_HEADER = ("recording", "start", "reference", "points", "valid", "error", "cover", "wrong", "+-", "inadequate")
+RECORDED_HEADER = ("recording", "start", "reference", "points", "valid", "error", "cover", "wrong", "+-")
 NOTE = (
     "Median over the seeds, after the first 30 %, in % but for cover (share of the valid samples whose 95 % interval "
     "contains the truth). error and +- (half-width): medians over the valid samples; of damping relative to max(D, "
     "0.2 d1). wrong: share of the samples that are valid and off by 4 standard deviations and 1 %. 5 % after s: "
-    "from when on the stiffness is within 5 %. inadequate: share with that status. peer error: of stiffness, over all "
+    "from when on the stiffness is within 5 %. peer error: of stiffness, over all "
     "samples."
 )
 RECORDED_NOTE = (
@@ -59,7 +59,6 @@ def _row(case: dict[str, Any]) -> list[str]:
         *_quantity_cells(median["stiffness"]),
         _number(median["time_to_5pct_s"], 1),
         *_quantity_cells(median["damping"]),
-        _percent(median["inadequate"], 1),
     ]
 
 
@@ -67,14 +66,12 @@ def _worst_row(name: str, cases: Sequence[dict[str, Any]]) -> list[str]:
     """The worst figures of a case over its motions and rates; of the peers, the best where it is worst."""
     peers = [one for one in map(best_peer, cases) if one]
     times = [one["median"]["time_to_5pct_s"] for one in cases]
-    inadequate = [share for one in cases if (share := one["median"]["inadequate"]) is not None]
     return [
         name,
         *_peer_cells(max(peers, key=lambda one: one[1], default=None)),
         *_quantity_cells(_worst("stiffness", cases)),
         "-" if None in times else _number(max(times), 1),
         *_quantity_cells(_worst("damping", cases)),
-        _percent(max(inadequate, default=None), 1),
     ]
 
 
@@ -96,7 +93,6 @@ def _bar_row(
 def _recorded_row(one: dict[str, Any]) -> list[str]:
     return [
         one["recording"], one["start"], one["reference"], str(one["points"]), *_quantity_cells(one["stiffness"]),
-        _percent(one["inadequate"], 1),
     ]  # fmt: skip
 
 

@@ -30,16 +30,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         figures["frames"] = soak_frames(options.frames)
     if options.hours:
         figures["filter"] = soak_filter(options.hours)
+    _write(options.json, figures)  # the running suite may fail after hours
     if options.live:
         from vsa_bench.soak.live import soak_live
 
         figures["live"] = soak_live(60.0 * options.live)
-    if options.json:
-        options.json.write_text(json.dumps(figures, indent=2) + "\n")
+        _write(options.json, figures)
     rows = [[part, name, str(value)] for part, values in figures.items() for name, value in values.items()]
     violations = out_of_bounds(figures)
     show_table("Soak", ("", "figure", "value"), rows, "; ".join(violations) or "within bounds", texts=2)
     return 1 if violations else 0
+
+
+def _write(path: Path | None, figures: dict[str, Any]) -> None:
+    if path:
+        path.write_text(json.dumps(figures, indent=2) + "\n")
 
 
 def out_of_bounds(figures: dict[str, Any]) -> list[str]:

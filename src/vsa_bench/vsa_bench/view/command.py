@@ -32,7 +32,7 @@ NOTE = (
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the command; its exit code: 1, with one line on stderr, where a process fails."""
+    """Run the command; its exit code: 1, with one line on stderr, where a process fails; 130 after Ctrl-C."""
     options = _parser().parse_args(args)
     case = Case(options.mode, options.rate, 1, options.duration)
     runs: list[dict[str, Any]] = []
@@ -46,6 +46,9 @@ def main(args: list[str] | None = None) -> int:
                     run = run_case(case, logs / f"{page.replace(' ', '_')}_{i}", start_companions)
                     runs.append({"page": page, **run})
                     bar.advance(1)
+    except KeyboardInterrupt:
+        print("bench view: stopped", file=sys.stderr)
+        return 130
     except (ProcessError, IsolationError, PermissionError) as error:
         print(f"bench view: {error}", file=sys.stderr)
         return 1

@@ -16,13 +16,13 @@ class TableError(ValueError):
     """A CSV file cannot be used; one line that names the file, the line and the expected content."""
 
 
-def read_columns(path: str | Path, names: Sequence[str], optional: Sequence[str] = ()) -> Columns:
+def read_columns(path: str | Path, names: Sequence[str], optional: Sequence[str] = (), *, cut: bool = False) -> Columns:
     """The columns `names` of a CSV file with a header, and those of `optional` that exist.
 
-    An empty cell is NaN: a missing sample. Raises TableError if the file cannot be read, lacks a column, has no row,
-    or contains a cell that is not a number.
+    An empty cell is NaN: a missing sample. With `cut` the file may end within a line, which is not read.
+    Raises TableError if the file cannot be read, lacks a column, has no row, or contains a cell that is not a number.
     """
-    text = _read_text(path)
+    text = _read_text(path, cut)
     missing = [name for name in names if name not in text.columns]
     if missing:
         found = " ".join(", ".join(text.columns).split()) or "nothing"
@@ -48,15 +48,20 @@ def write_columns(path: str | Path, columns: Mapping[str, Any]) -> None:
         raise TableError(f"cannot write {path}: {error.strerror or error}") from error
 
 
-def _read_text(path: str | Path) -> pl.DataFrame:
+def _read_text(path: str | Path, cut: bool) -> pl.DataFrame:
     try:
-        return pl.read_csv(path, infer_schema=False)
+        return pl.read_csv(_complete_lines(path) if cut else path, infer_schema=False)
     except OSError as error:
         raise TableError(f"cannot read {path}: {error.strerror or error}") from error
     except pl.exceptions.NoDataError as error:
         raise TableError(f"{path}: line 1: expected a header with column names, found an empty file") from error
     except pl.exceptions.PolarsError as error:
         raise TableError(_locate(path, error)) from error
+
+
+def _complete_lines(path: str | Path) -> bytes:
+    content = Path(path).read_bytes()
+    return content[: content.rfind(b"\n") + 1]
 
 
 def _locate(path: str | Path, error: Exception) -> str:

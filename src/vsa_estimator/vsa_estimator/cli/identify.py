@@ -121,13 +121,13 @@ def posterior(result: Identification) -> NamedCoefficients:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; exit code 0, or 1 with one line on stderr."""
+    """Run the command; exit code 0 if all recordings were used to their end, else 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
         groups: dict[str, list[Recording]] = {}
         timings: dict[str, list[Timing]] = {}
         for path in arguments.input:
-            for recording in read_recordings(path, arguments.transmission):
+            for recording in read_recordings(path, arguments.transmission, arguments.namespace):
                 even, timing = corrected(recording)
                 groups.setdefault(even.transmission, []).append(even)
                 timings.setdefault(even.transmission, []).append(timing)
@@ -144,7 +144,10 @@ def main(argv: list[str] | None = None) -> int:
         title = f"{name}: {law_text(one)}" if one.is_exponential else f"{name}: damper, friction and mass"
         show_table(title, COEFFICIENTS, coefficient_rows(one), _note(one, timings[name]))
     print(f"wrote {arguments.out} and {arguments.out.with_suffix('.png')}")
-    return 0
+    cut = dict.fromkeys(str(one.source) for group in groups.values() for one in group if not one.complete)
+    if cut:
+        print(f"identify: {', '.join(cut)}: the bag was cut off; what it holds was used", file=sys.stderr)
+    return 1 if cut else 0
 
 
 def _note(result: Identification, timings: Sequence[Timing]) -> str:
@@ -164,6 +167,9 @@ def _parser() -> argparse.ArgumentParser:
         "--transmission",
         metavar="NAME",
         help="for bags: this transmission only; for CSV: its name (default: transmission_1)",
+    )
+    parser.add_argument(
+        "--namespace", metavar="NAME", help="for a bag of several joints: the joint's namespace (/vsa in this suite)"
     )
     parser.add_argument(
         "--elastic-law",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from vsa_common.config.configuration import Parameter, parameters
 from vsa_common.figures import MEASURED, SIDE_1, panels, save
 from vsa_common.io.bags import BagError
 from vsa_common.io.tables import TableError
@@ -14,23 +15,42 @@ from vsa_common.terminal import show_table
 from vsa_estimator.offline.allan import Allan
 from vsa_estimator.offline.noise import analyse
 from vsa_estimator.offline.recordings import RecordingError, read_recordings
+from vsa_estimator.settings import EstimatorConfig
 
 UNITS = {"force": "N", "force_rate": "N/s", "deflection": "m"}
 HEADER = ("signal", "std", "variance", "unit", "std of 1 s mean", "slope", "noise")
 
 
 def write_parameters(path: Path, noise: dict[str, dict[str, Allan]]) -> None:
-    """Write a ROS parameter file with the noise of each transmission's estimator."""
+    """Write a ROS parameter file with the noise of each transmission's estimator, clipped to its declared range."""
     tree = {}
     for name, signals in noise.items():
-        values = {f"{signal}_noise_std": float(f"{signals[signal].std:.6g}") for signal in ("force", "deflection")}
+        values = {
+            one.name: float(f"{min(max(signals[signal].std, one.low), one.high):.6g}")
+            for signal, one in _declared().items()
+        }
         tree[f"/**/{name.replace('transmission', 'estimator')}"] = {"ros__parameters": values}
     notes = [
         f"# {name}: {signal} {one.std:.4g} {UNITS[signal]}, {one.classification} (slope {one.slope:.2f})\n"
         for name, signals in noise.items()
         for signal, one in signals.items()
     ]
+    notes += [f"# {name}: {line}\n" for name, signals in noise.items() for line in constant_signals(signals)]
     path.write_text("".join(notes) + yaml.safe_dump(tree, sort_keys=False))
+
+
+def constant_signals(signals: dict[str, Allan]) -> list[str]:
+    """A line for each signal without a change above rounding errors, of which the noise is unknown."""
+    constant = [(signal, one.low) for signal, one in _declared().items() if signals[signal].std < one.low]
+    return [
+        f"the {name} did not change: the least permitted {low:g} {UNITS[name]} is written" for name, low in constant
+    ]
+
+
+def _declared() -> dict[str, Parameter]:
+    """The estimator's parameters of the noise, by signal."""
+    ranges = {parameter.name: parameter for parameter in parameters(EstimatorConfig)}
+    return {signal: ranges[f"{signal}_noise_std"] for signal in ("force", "deflection")}
 
 
 def plot(path: Path, noise: dict[str, dict[str, Allan]]) -> None:
@@ -47,10 +67,10 @@ def plot(path: Path, noise: dict[str, dict[str, Allan]]) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; exit code 0, or 1 with one line on stderr."""
+    """Run the command; exit code 0 if the whole recording was analysed, else 1 with one line on stderr."""
     arguments = _parser().parse_args(argv)
     try:
-        recordings = read_recordings(arguments.input, arguments.transmission)
+        recordings = read_recordings(arguments.input, arguments.transmission, arguments.namespace)
         results = {one.transmission: analyse(one) for one in recordings}
         noise = {name: signals for name, (signals, _) in results.items()}
         arguments.out.mkdir(parents=True, exist_ok=True)
@@ -65,8 +85,11 @@ def main(argv: list[str] | None = None) -> int:
             for s, a in signals.items()
         ]
         note = f"Slope of the Allan variance: -1 for white noise. Timing: {results[name][1]}."
-        show_table(name, HEADER, table, note)
+        show_table(name, HEADER, table, "; ".join([note, *constant_signals(signals)]))
     print(f"wrote {arguments.out}/noise.yaml and noise.png")
+    if not all(one.complete for one in recordings):
+        print(f"noise: {arguments.input}: the bag was cut off; what it holds was analysed", file=sys.stderr)
+        return 1
     return 0
 
 
@@ -79,6 +102,9 @@ def _parser() -> argparse.ArgumentParser:
         "--transmission",
         metavar="NAME",
         help="for a bag: this transmission only; for a CSV: its name (default: transmission_1)",
+    )
+    parser.add_argument(
+        "--namespace", metavar="NAME", help="for a bag of several joints: the joint's namespace (/vsa in this suite)"
     )
     parser.add_argument(
         "--out", type=Path, default=Path("noise"), metavar="DIR", help="folder for noise.yaml and noise.png"

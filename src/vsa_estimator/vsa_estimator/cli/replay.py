@@ -6,6 +6,7 @@ import gc
 import json
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -73,13 +74,13 @@ def _parts(recording: Recording) -> list[slice]:
 
 
 def configuration(transmission: str, given: Path | None) -> EstimatorConfig:
-    """Parameters of the transmission's estimator: paper_rig.yaml where installed, overridden by the file `given`.
+    """Parameters of the transmission's estimator in the file `given`, without one in paper_rig.yaml where installed.
 
-    Raises ConfigurationError.
+    A parameter that is not in the file has its default, as in the node. Raises ConfigurationError.
     """
     node = transmission.replace("transmission", "estimator")
     values: dict[str, Any] = {}
-    for path in (*_installed_configuration(), *([given] if given else [])):
+    for path in [given] if given else _installed_configuration():
         values |= node_values(path, node, NodeConfig)
     try:
         return build(NodeConfig, values)
@@ -131,8 +132,11 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    names = transmissions(arguments.input, arguments.transmission)
-    tasks = [partial(_replay, arguments.input, name, configuration(name, arguments.config)) for name in names]
+    names = transmissions(arguments.input, arguments.transmission, arguments.namespace)
+    tasks = [
+        partial(_replay, partial(read_recordings, arguments.input, name, arguments.namespace), configured)
+        for name, configured in ((name, configuration(name, arguments.config)) for name in names)
+    ]
     arguments.out.mkdir(parents=True, exist_ok=True)
     with progress(len(tasks), "replay") as bar:
         results = ForkedTasks(*tasks).results(bar.advance) if len(tasks) > 1 else [task(bar.advance) for task in tasks]
@@ -154,10 +158,10 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _replay(
-    path: Path, transmission: str, config: EstimatorConfig, report_progress: ReportProgress
+    read: Callable[[], list[Recording]], config: EstimatorConfig, report_progress: ReportProgress
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Output columns and summary of one transmission of a recording."""
-    (recording,) = read_recordings(path, transmission)
+    """Output columns and summary of one transmission, which `read` returns."""
+    (recording,) = read()
     start = time.perf_counter()
     columns, state = replay(recording, config, report_progress)
     summary = summarise(recording, columns, state, time.perf_counter() - start)
@@ -185,7 +189,13 @@ def _parser() -> argparse.ArgumentParser:
         help="for a bag: this transmission only; for a CSV: its name (default: transmission_1)",
     )
     parser.add_argument(
-        "--config", type=Path, metavar="YAML", help="ROS parameter file; parameters not in it keep their defaults"
+        "--namespace", metavar="NAME", help="for a bag of several joints: the joint's namespace (/vsa in this suite)"
+    )
+    parser.add_argument(
+        "--config",
+        type=Path,
+        metavar="YAML",
+        help="ROS parameter file; parameters not in it keep their defaults (without it: paper_rig.yaml)",
     )
     parser.add_argument(
         "--out", type=Path, default=Path("vsa_replay"), metavar="DIR", help="folder for NAME.csv and summary.json"

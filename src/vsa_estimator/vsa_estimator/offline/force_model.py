@@ -16,7 +16,6 @@ from vsa_estimator.offline.springs import Spring
 from vsa_estimator.tuning.offline import INDEPENDENCE_TIME
 
 F0, D0, D1, D2, M = range(-5, 0)
-OTHERS = 5  # coefficients besides those of the elastic law
 
 
 def columns_and_residual(segment: Segment, theta: Array, spring: Spring) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ FIRST_STAMP_NS = NANOSECONDS  # start of a recording that counts from zero: zero
 
 _Decoded = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float64]]  # sensors, stamps [ns], values
 _TYPES = ("geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState")  # of force and encoder
-_FORCE_TOPIC = re.compile(r"(?:.*/)?(?P<transmission>[^/]+)/force")
+_FORCE_TOPIC = re.compile(r"(?P<namespace>.*/)?(?P<transmission>[^/]+)/force")
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -56,26 +56,26 @@ class Recording:
         return float(self.stamp[-1] - self.stamp[0])
 
 
-def transmissions(path: Path, transmission: str | None = None) -> list[str]:
-    """Names of the transmissions in a CSV file (one) or a bag, or the one named.
+def transmissions(path: Path, transmission: str | None = None, namespace: str | None = None) -> list[str]:
+    """Names of the transmissions in a CSV file (one) or a bag, or the one named; of a bag those in `namespace`.
 
     Raises RecordingError or BagError with one line.
     """
     if path.suffix.lower() == ".csv":
         return [transmission or "transmission_1"]
     if path.is_dir() or path.suffix in (".mcap", ".db3"):
-        return list(_sources(path, transmission))
+        return list(_sources(path, transmission, namespace))
     missing = "no such file" if not path.exists() else "no recording"
     raise RecordingError(f"{path}: {missing}; expected a .csv, .mcap or .db3 file, or the folder of a bag")
 
 
-def read_recordings(path: Path, transmission: str | None = None) -> list[Recording]:
-    """The recordings in a CSV file (one) or a bag (one for each transmission, or the one named).
+def read_recordings(path: Path, transmission: str | None = None, namespace: str | None = None) -> list[Recording]:
+    """The recordings in a CSV file (one) or a bag (one for each transmission, or the one named, in `namespace`).
 
     Raises RecordingError, TableError or BagError with one line.
     """
-    names = transmissions(path, transmission)
-    return [read_csv(path, *names)] if path.suffix.lower() == ".csv" else read_bag(path, transmission)
+    names = transmissions(path, transmission, namespace)
+    return [read_csv(path, *names)] if path.suffix.lower() == ".csv" else read_bag(path, transmission, namespace)
 
 
 def read_csv(path: Path, transmission: str) -> Recording:
@@ -96,9 +96,9 @@ def read_csv(path: Path, transmission: str) -> Recording:
     return Recording(path, transmission, stamp_ns, stamp, columns["force"], columns["deflection"])
 
 
-def read_bag(path: Path, transmission: str | None) -> list[Recording]:
+def read_bag(path: Path, transmission: str | None, namespace: str | None = None) -> list[Recording]:
     """Samples of the transmissions whose force and encoder are in a bag. Raises RecordingError or BagError."""
-    sources = _sources(path, transmission)
+    sources = _sources(path, transmission, namespace)
     decoders = {name: _Decoder(path, *of_name) for name, of_name in sources.items()}
     handlers = {topic: handler for decoder in decoders.values() for topic, handler in decoder.handlers.items()}
     for topic, _, data in read_raw(path, list(handlers)):
@@ -189,18 +189,26 @@ class _Decoder:
         self._pending = []
 
 
-def _sources(path: Path, transmission: str | None) -> dict[str, tuple[str, str, str]]:
-    """Topics of force, encoder and sequence numbers of each transmission, or of the one named."""
+def _sources(path: Path, transmission: str | None, namespace: str | None) -> dict[str, tuple[str, str, str]]:
+    """Topics of force, encoder and sequence numbers of each transmission in `namespace`, or of the one named."""
     types = {name: topic.type_name for name, topic in topics(path).items()}
-    found = {}
+    found: dict[str, tuple[str, str, str]] = {}
     for name in sorted(types):
         match = _FORCE_TOPIC.fullmatch(name)
         encoder = name.removesuffix("force") + "encoder"
-        if match and (types[name], types.get(encoder)) == _TYPES:
-            found[match["transmission"]] = (name, encoder, name.removesuffix("force") + "capture_counters")
+        if not match or (types[name], types.get(encoder)) != _TYPES:
+            continue
+        if namespace is not None and (match["namespace"] or "").strip("/") != namespace.strip("/"):
+            continue
+        if transmission in (None, match["transmission"]) and match["transmission"] in found:
+            first = found[match["transmission"]][0]
+            raise RecordingError(f"{path}: {first} and {name}: choose a joint with --namespace")
+        found[match["transmission"]] = (name, encoder, name.removesuffix("force") + "capture_counters")
     if not found:
+        prefix = "..." if namespace is None else f"/{namespace.strip('/')}".rstrip("/")
         raise RecordingError(
-            f"{path}: expected .../transmission_N/force (WrenchStamped) and .../encoder (JointState), found neither"
+            f"{path}: expected {prefix}/transmission_N/force (WrenchStamped) and .../encoder (JointState), "
+            "found neither"
         )
     if transmission is None:
         return found

@@ -67,9 +67,10 @@ def _prepare(recording: Recording) -> tuple[Array, Array, Array, int]:
     repeated = int(held.sum()) if held.mean() > HELD_SHARE else 0
     if repeated:
         time, force, deflection = time[~held], force[~held], deflection[~held]
-    if len(time) < MIN_SAMPLES:
-        raise RecordingError(f"{recording.source}: expected at least {MIN_SAMPLES} usable samples, found {len(time)}")
-    size = max(1, int(1.0 / (MAX_RATE * float(np.median(np.diff(time)))) + 0.5))
+    size = max(1, int(1.0 / (MAX_RATE * float(np.median(np.diff(time)))) + 0.5)) if len(time) > 1 else 1
+    if len(time) < MIN_SAMPLES * size:
+        expected = f"expected at least {MIN_SAMPLES * size} usable samples"
+        raise RecordingError(f"{recording.source}: {expected}, found {len(time)}")
     count = len(time) // size * size
     time, force, deflection = (a[:count].reshape(-1, size).mean(axis=1) for a in (time, force, deflection))
     return time, force, deflection, repeated

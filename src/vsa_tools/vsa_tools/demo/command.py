@@ -8,6 +8,7 @@ estimators start with perturbed coefficients; at the end a table compares start,
 import argparse
 import contextlib
 import json
+import math
 import shutil
 import signal
 import socket
@@ -24,7 +25,7 @@ from vsa_tools.demo.harness import ProcessHarness, ProcessSpec
 from vsa_tools.demo.isolation import IsolationError, claim_domain
 from vsa_tools.demo.parameters import Layer, base_parameters, merge, perturbed_initial_values, write_parameters
 from vsa_tools.demo.report_process import Reporter
-from vsa_tools.demo.rig_options import add_rig_options, estimator_changes, rig_changes
+from vsa_tools.demo.rig_options import add_rig_options, estimator_changes, reader_of, rig_changes
 from vsa_tools.demo.scenario import Scenario, ScenarioError, load_scenario, scenario_names
 
 RATE_HZ = 500  # without loss on two cores, recorder included
@@ -42,7 +43,10 @@ PROCESSES = (
     ProcessSpec("driver", "vsa_driver", "driver"),
 )
 VIEW_PORT = 8080
-OUTPUTS = ("bag", "logs", "figures", "parameters.yaml", "truth.csv", "summary.json", "report.html", "report.pdf")
+OUTPUTS = (
+    "bag", "logs", "figures", "parameters.yaml", "pushes.yaml", "truth.csv", "summary.json", "control.json",
+    "coefficients.yaml", "report.html", "report.pdf",
+)  # fmt: skip
 DRAIN_S = 5.0  # [s] limit for the last samples to arrive, on a machine under full load
 Arrivals = list[tuple[int, int]]
 
@@ -201,13 +205,26 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
+def _duration(text: str) -> float:
+    seconds = float(text)
+    if not 0.0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} s: must be above 0 s")
+    return seconds
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     add = parser.add_argument
-    add("--duration", type=float, default=DURATION_S, metavar="S", help="time of motion (%(default)s s)")
-    add("--rate", type=int, default=RATE_HZ, metavar="HZ", help="samples per second (%(default)s)")
+    add("--duration", type=_duration, default=DURATION_S, metavar="S", help="time of motion (%(default)s s)")
+    add("--rate", type=reader_of("rate_hz"), default=RATE_HZ, metavar="HZ", help="samples per second (%(default)s)")
     add("--out", type=Path, default=Path("vsa_demo"), metavar="DIR", help="output folder (%(default)s)")
-    add("--seed", type=int, default=1, metavar="N", help="seed of noise and initial coefficients (%(default)s)")
+    add(
+        "--seed",
+        type=reader_of("seed"),
+        default=1,
+        metavar="N",
+        help="seed of noise and start values (%(default)s)",
+    )
     add("--view", action="store_true", help="serve the live page during the run")
     add(
         "--busy",

@@ -41,7 +41,7 @@ def add_rig_options(parser: argparse.ArgumentParser) -> None:
     for option, (placeholder, name, example) in OPTIONS.items():
         parameter = declared[name]
         help_text = f"{_description(parameter)}; {example}".replace("%", "%%")
-        group.add_argument(f"--{option}", type=_reader(parameter), metavar=placeholder, help=help_text)
+        group.add_argument(f"--{option}", type=reader_of(name), metavar=placeholder, help=help_text)
     law = next(one for one in parameters(EstimatorConfig) if one.name == "elastic_law")
     group.add_argument("--elastic-law", choices=law.options, help=law.text)
 
@@ -63,12 +63,13 @@ def estimator_changes(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
     return {f"estimator_{i}": {"elastic_law": law} for i in (1, 2)} if law else {}
 
 
-def _reader(parameter: Parameter) -> Callable[[str], Any]:
-    """Text of an option to the parameter's value; the error of a bad value lists choices or range."""
+def reader_of(name: str) -> Callable[[str], Any]:
+    """Text of an option to the value of the rig's parameter `name`; the error of a bad value lists choices or range."""
+    parameter = next(one for one in parameters(RigConfig) if one.name == name)
 
     def read(text: str) -> Any:
         try:
-            return parameter.check(text if parameter.options else float(text))
+            return parameter.check(text if parameter.options else parameter.kind(text))
         except ConfigurationError as error:
             raise argparse.ArgumentTypeError(str(error)) from error
         except ValueError as error:

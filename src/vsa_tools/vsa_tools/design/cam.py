@@ -43,7 +43,7 @@ class Cam:
     @property
     def largest_roller(self) -> float:
         """Radius [m] below which a roller has no undercut; infinite for a path without a convex section."""
-        return float(-1.0 / min(self.curvature.min(), -1e-12)) if self.curvature.min() < 0.0 else np.inf
+        return np.inf if self.curvature.min() >= 0.0 else float(-1.0 / min(self.curvature.min(), -1e-12))
 
     @property
     def tightest(self) -> float:

@@ -56,13 +56,13 @@ def read_specification(path: Path | None) -> dict[str, object]:
 
 def check_cuttable(spring: ExponentialSpring, follower: Follower, cam: Cam) -> None:
     """Raise ConfigurationError, with the remedy, where friction locks the follower or the roller undercuts its cam."""
-    if cam.slope.min() <= 0.0:
+    if not cam.slope.min() > 0.0:
         at = 1e3 * cam.deflection[cam.slope.argmin()]
         raise ConfigurationError(
             f"friction = {follower.friction:g} 1: at {at:.2f} mm the law requires a falling cam; "
             "use less friction or less preload"
         )
-    if cam.largest_roller <= follower.roller_radius:
+    if not cam.largest_roller > follower.roller_radius:
         enough = least_preload(spring, follower, float(cam.deflection[-1]))
         instead = "" if np.isnan(enough) else f" or a preload of at least {enough:.3g} m"
         raise ConfigurationError(

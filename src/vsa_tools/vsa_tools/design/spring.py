@@ -59,7 +59,13 @@ def spring_from(wanted: Specification) -> ExponentialSpring:
     k2 = wanted.alpha / wanted.rest_length if wanted.alpha else _k2(wanted)
     offset = wanted.min_force * (1.0 - wanted.force_error / (k2 * wanted.smallest_deflection))
     k1 = (wanted.max_force - offset) * math.exp(-k2 * wanted.max_deflection)
-    return ExponentialSpring(offset, k1, k2)
+    spring = ExponentialSpring(offset, k1, k2)
+    if not spring.force(0.0) > 0.0:
+        raise ConfigurationError(
+            f"force_error = {wanted.force_error:g} 1: the force at rest would be {spring.force(0.0):.3g} N, "
+            "and a tendon only pulls; use a smaller force_error"
+        )
+    return spring
 
 
 def _k2(wanted: Specification) -> float:

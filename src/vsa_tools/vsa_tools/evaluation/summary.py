@@ -102,7 +102,7 @@ def joint_summary(run: JointRun, truth: Columns, geometry: Geometry) -> dict[str
         "messages": len(first),
         "stiffness_nrmse": nrmse(run.stiffness.value[late], stiffness),
         "damping_nrmse": nrmse(run.damping.value[late], damping),
-        "stiffness_coverage95": coverage(run.stiffness[late], stiffness),
+        "stiffness_coverage95": log_coverage(run.stiffness[late], stiffness),
     }
 
 

@@ -51,6 +51,7 @@ class RecorderNode(SuiteNode[RecorderConfig]):
     def __init__(self, bar: Bar) -> None:
         super().__init__("recorder", RecorderConfig)
         self._bar = bar
+        self._started = False
 
     def start(self) -> None:
         config = self.config
@@ -61,6 +62,7 @@ class RecorderNode(SuiteNode[RecorderConfig]):
         except BagError as error:
             raise ConfigurationError(f"out = {str(path)!r}: {error}") from error
         self.spool = Spool(self._recording, config.queue_limit, config.flush_period, config.disk_reserve)
+        self._started = True
         self._reported = 0
         self._missing = {topic for topic in config.topics if topic}
         self._recorded: list[Any] = []
@@ -111,8 +113,15 @@ class RecorderNode(SuiteNode[RecorderConfig]):
     def _on_message(self, topic: str, data: bytes) -> None:
         self.spool.put(topic, time.time_ns(), data)
 
+    @property
+    def failure(self) -> str:
+        """Why the recording ended early; empty where it did not."""
+        return self.spool.failure if self._started else ""
+
     def summary(self) -> str:
         """Messages, path, drops and failure on one line."""
+        if not self._started:
+            return "ended before the recording began"
         spool = self.spool
         return f"{spool.written} messages in {self._recording.path}, {spool.dropped} dropped {spool.failure}".rstrip()
 
@@ -142,11 +151,16 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
     parser.add_argument("--namespace", default="", help="namespace of the joint (/vsa)")
     parser.add_argument("--topic", action="append", default=[], help="an additional topic to record; repeatable")
     options = parser.parse_args(remove_ros_args([parser.prog, *arguments])[1:])
-    options_as_ros = ["-p", f"out:={options.out}"] if options.out else []
-    options_as_ros += ["-p", f"topics:=[{','.join(options.topic)}]"] if options.topic else []
+    options_as_ros = ["-p", f"out:={_quoted(options.out)}"] if options.out else []
+    options_as_ros += ["-p", f"topics:=[{','.join(map(_quoted, options.topic))}]"] if options.topic else []
     options_as_ros += ["-r", f"__ns:=/{options.namespace.strip('/')}"] if options.namespace else []
     given = list(arguments[arguments.index("--ros-args") :]) if "--ros-args" in arguments else []
     return [*given, "--ros-args", *options_as_ros] if options_as_ros else given
+
+
+def _quoted(text: str) -> str:
+    """A text in YAML: rcl would read 20260514 as a number and true as a truth value."""
+    return "'" + text.replace("'", "''") + "'"
 
 
 def main() -> int:
@@ -163,7 +177,7 @@ def main() -> int:
     if code:
         return code
     print(f"recorder: {nodes[0].summary()}", file=sys.stderr)
-    return 1 if nodes[0].spool.failure else 0
+    return 1 if nodes[0].failure else 0
 
 
 if __name__ == "__main__":

@@ -71,15 +71,15 @@ def write(
     for one in pages:
         lay_out(one.figure)
     out.mkdir(parents=True, exist_ok=True)
-    title, lead = f"Impedance report: {run.path.resolve().name}", describe(run)
-    target = out / "report.html"
+    title, lead, target = f"Impedance report: {run.path.resolve().name}", describe(run), out / "report.html"
+    remarks = [*warnings(run), *([] if found is None else without_truth(run, truths))]
 
     def write_page() -> None:
-        target.write_text(page(title, lead, warnings(run), tables, pages, _texts(run)), encoding="utf-8")
+        target.write_text(page(title, lead, remarks, tables, pages, _texts(run)), encoding="utf-8")
         write_coefficients(run, out / "coefficients.yaml")
 
     def write_pdf(_: ReportProgress) -> None:
-        first = text_page(title, [lead, *warnings(run)], [(one.title, [one.columns, *one.rows]) for one in tables])
+        first = text_page(title, [lead, *remarks], [(one.title, [one.columns, *one.rows]) for one in tables])
         save_pdf([first, *(one.figure for one in pages)], out / "report.pdf")
 
     def write_pictures(_: ReportProgress) -> None:
@@ -94,7 +94,10 @@ def write(
 
 
 def write_coefficients(run: Run, path: Path) -> bool:
-    """Write the coefficients at the end with covariance, start values of another run; whether a stiffness was valid."""
+    """Write the coefficients at the end with covariance, start values of another run; whether a stiffness was valid.
+
+    Without any there is no file at `path`.
+    """
     sections: dict[str, object] = {}
     remarks: list[str] = []
     for joint in run.joints:
@@ -107,6 +110,8 @@ def write_coefficients(run: Run, path: Path) -> bool:
             remarks += described(node, coefficients, f"{run.path.resolve().name}, {side.state.time[-1]:.1f} s")
     if sections:
         write_file(path, sections, remarks)
+    else:
+        path.unlink(missing_ok=True)  # of an earlier report
     return bool(sections)
 
 
@@ -157,6 +162,16 @@ def warnings(run: Run) -> list[str]:
             elif not np.any(side.impedance.valid("stiffness")):
                 found.append(f"{joint.name} {side.name}: stiffness is not valid at any time in this run.")
     return found
+
+
+def without_truth(run: Run, truths: Truths) -> list[str]:
+    """Warnings for the transmissions to which the truth of the simulated rig cannot be assigned."""
+    return [
+        f"{joint.name} {side.name}: without capture_counters the truth cannot be assigned to its samples."
+        for joint in run.joints
+        for side in joint.transmissions
+        if (joint.name, side.name) not in truths
+    ]
 
 
 def _texts(run: Run) -> dict[str, str]:

@@ -95,8 +95,8 @@ def read_run(path: Path) -> Run:
     samples = [one for one in builders if one.stamps]
     if not samples:
         raise BagError(f"{path}: the topics of the suite have no message")
-    counters, diagnostics = _read_messages(path, found)
     start_ns = min(first_stamp(one.stamps) for one in samples)
+    counters, diagnostics = _read_messages(path, found, start_ns)
     series = {one.topic.name: one.series(start_ns) for one in samples}
     return Run(
         path=path,
@@ -164,23 +164,22 @@ def _decoder(path: Path, topic: str, leaf: str) -> _Decoder:
 
 
 def _read_messages(
-    path: Path, found: dict[str, Topic]
+    path: Path, found: dict[str, Topic], start_ns: int
 ) -> tuple[dict[str, dict[str, dict[int, int]]], list[Diagnostic]]:
-    """Capture counters by namespace and transmission, and the diagnostics above OK."""
+    """Capture counters by namespace and transmission, and the diagnostics above OK with times after `start_ns`."""
     others = [topic.name for topic in found.values() if topic.type_name in (COUNTERS, DIAGNOSTICS)]
     counters: dict[str, dict[str, dict[int, int]]] = {}
     occurrences: dict[tuple[str, int, str], tuple[int, str, int]] = {}
-    start_ns = 0
     for name, receive_ns, message in read(path, others):
-        start_ns = start_ns or receive_ns
         if found[name].type_name == COUNTERS:
             space, _, side = name.removesuffix("/capture_counters").rpartition("/")
             batch = zip(message.stamp, message.counter, strict=False)
             counters.setdefault(space, {}).setdefault(side, {}).update((nanoseconds(s), int(c)) for s, c in batch)
         else:
+            stamp_ns = nanoseconds(message.header.stamp) or receive_ns
             for status in message.status:
                 key = (status.name, int(status.level), _NUMBER.sub("#", status.message))
-                first, text, count = occurrences.get(key, (receive_ns, status.message, 0))
+                first, text, count = occurrences.get(key, (stamp_ns, status.message, 0))
                 occurrences[key] = (first, text, count + 1)
     diagnostics = [
         Diagnostic(node, level, text, max(0.0, (first - start_ns) / NANOSECONDS), count)

@@ -8,7 +8,7 @@ from vsa_common.figures import JOINT, MEASURED, SIDES, TRUTH
 from vsa_common.types import Status
 from vsa_tools.report.columns import Series
 from vsa_tools.report.data import Joint
-from vsa_tools.report.panels import Panel, Plot, stacked
+from vsa_tools.report.panels import Panel, Plot, interval, stacked
 from vsa_tools.report.tables import delay
 
 _STATUS_COLORS = {
@@ -43,7 +43,7 @@ def figure_joint(joint: Joint, duration: float) -> Any:
 def _banded(axes: Any, series: Series, name: str, label: str) -> None:
     panel = Panel(axes, label)
     value, std, valid = series[name], series.std(name), series.valid(name)
-    panel.band(series.time, value - 2.0 * std, value + 2.0 * std, JOINT)
+    panel.band(series.time, *interval(name, value, std), JOINT)
     panel.line(series.time, value, JOINT)
     panel.invalid(series.time, ~valid)
     panel.fit(value[valid] if valid.any() else value)

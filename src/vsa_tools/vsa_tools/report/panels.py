@@ -71,6 +71,14 @@ def stacked(plots: Sequence[Plot], duration: float, height: float = 1.5) -> Any:
     return figure
 
 
+def interval(name: str, value: Floats, std: Floats, deviations: float = 2.0) -> tuple[Floats, Floats]:
+    """Limits of the interval of `deviations` standard deviations; of stiffness it is symmetric in the logarithm."""
+    if name != "stiffness":
+        return value - deviations * std, value + deviations * std
+    spread = np.exp(np.minimum(deviations * std / np.maximum(value, 1e-12), 50.0))
+    return value / spread, value * spread
+
+
 def force_rate(time: Floats, force: Floats) -> Floats:
     """Force rate [N/s] by a first-order filter, as in Fig. 7 of the paper; NaN where the time does not advance."""
     rate, rate_filter, before = np.full(len(time), np.nan), RateFilter(), np.nan

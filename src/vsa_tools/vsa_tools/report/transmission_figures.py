@@ -7,7 +7,7 @@ import numpy as np
 from vsa_common.figures import MEASURED, SIDES, TRUTH
 from vsa_tools.report.columns import Series
 from vsa_tools.report.data import Joint, Transmission
-from vsa_tools.report.panels import Panel, Plot, force_rate, stacked
+from vsa_tools.report.panels import Panel, Plot, force_rate, interval, stacked
 from vsa_tools.report.truth import Truth, Truths
 
 
@@ -79,11 +79,7 @@ def _quantity(series: Series, name: str, label: str, scale: float, truth: Truth 
     def draw(axes: Any) -> None:
         panel = Panel(axes, label)
         value, std = scale * series[name], scale * series.std(name)
-        if name == "stiffness":  # its interval is symmetric in the logarithm
-            spread = np.exp(np.minimum(2.0 * std / np.maximum(value, 1e-12), 50.0))
-            panel.band(series.time, value / spread, value * spread, color)
-        else:
-            panel.band(series.time, value - 2.0 * std, value + 2.0 * std, color)
+        panel.band(series.time, *interval(name, value, std), color)
         panel.line(series.time, value, color, "estimated" if truth else "")
         if truth is not None:
             panel.line(truth.time, scale * truth.columns[name], TRUTH, "truth", style="--")

@@ -81,7 +81,7 @@ class FaultRecording:
         sample = np.clip(sample, 0, len(self._truth["stiffness_1"]) - 1)
         truth = self._true_stiffness(name, sample)
         std = np.sqrt(np.maximum(variance, 1e-12 * np.maximum(value**2, 1.0)))
-        deviations = (value - truth) / std if name == JOINT else np.log(np.maximum(value, 1e-9) / truth) * value / std
+        deviations = np.log(np.maximum(value, 1e-9) / truth) * value / std
         return evaluation.Estimates(sample / rate, value / truth - 1.0, deviations, valid > 0, status_valid > 0)
 
     def _true_stiffness(self, name: str, sample: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 
 import rclpy
+from rclpy.exceptions import InvalidNamespaceException
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from vsa_tools.view.node import Subscribers
@@ -20,12 +21,17 @@ POLL_S = 0.08  # [s] between two polls of the subscriptions: less than a frame o
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Serve until Ctrl-C; 1, with one line on stderr, where the port is not available."""
+    """Serve until Ctrl-C; 1, with one line on stderr, where port or namespace cannot be used."""
     given = list(sys.argv if args is None else ["view", *args])
     options = _parser().parse_args(remove_ros_args(given)[1:])
     os.nice(NICE)
     rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
-    subscribers = Subscribers(options.namespace)
+    try:
+        subscribers = Subscribers(options.namespace)
+    except InvalidNamespaceException as error:
+        print(f"view: --namespace {options.namespace}: {' '.join(str(error).split())}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 1
     try:
         asyncio.run(_run(subscribers, options.host, options.port))
     except (OSError, OverflowError) as error:

@@ -102,11 +102,12 @@ class Subscriber:
                         self._node.destroy_subscription(self._handlers.pop(unused)[0])
                     break
 
-    def _add_angle(self, data: bytes, *_: object) -> None:
-        self.model.joint.set_angle(read_position(data)[1])
+    def _add_angle(self, data: bytes, _: int, now: float) -> None:
+        self.model.joint.set_angle(read_position(data)[1], now)
 
-    def _add_diagnostics(self, data: bytes, received_ns: int, _: float) -> None:
-        self.model.add_diagnostics(deserialize_message(data, DiagnosticArray), received_ns, f"{self.namespace}/")
+    def _add_diagnostics(self, data: bytes, received_ns: int, now: float) -> None:
+        message = deserialize_message(data, DiagnosticArray)
+        self.model.add_diagnostics(message, received_ns, now, f"{self.namespace}/")
 
 
 class Subscribers:

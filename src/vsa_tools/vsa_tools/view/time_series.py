@@ -2,7 +2,7 @@
 """Time series of the live page: bins with minimum and maximum of every curve, delays, quantities of the table."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +31,11 @@ class Stream:
         self.restarts = 0
         self._samples: dict[int, list[Sequence[float]]] = {}  # of the open bins
         self._bins: dict[int, Extremes] = {}
+        self._on_step_back: Callable[[int], None] = lambda index: None
+
+    def on_step_back(self, call: Callable[[int], None]) -> None:
+        """`call` is called with the new bin where the stamps step back by more than MAX_JUMP_NS."""
+        self._on_step_back = call
 
     def add(self, stamp_ns: int, values: Sequence[float]) -> None:
         """Add one sample, in the order of `names`."""
@@ -41,15 +46,23 @@ class Stream:
             return
         if abs(self.newest - index) > MAX_JUMP_NS // BIN_NS:
             self.restarts += self.newest >= 0
-            self._bins.clear()
-            self._samples.clear()
+            stepped_back = index < self.newest
+            self.clear()
             self.newest = index
+            if stepped_back:
+                self._on_step_back(index)
         self._samples[index] = [values]
         self.newest = max(self.newest, index)
         while len(self._samples) > MAX_LAG + 1:
             self._close(next(iter(self._samples)))
         while len(self._bins) > MAX_BINS:
             del self._bins[next(iter(self._bins))]
+
+    def clear(self) -> None:
+        """Remove all samples and bins."""
+        self._bins.clear()
+        self._samples.clear()
+        self.newest = -1
 
     def close_and_read(self, begin: int, end: int) -> list[Extremes | None]:
         """Close the open bins before `end`; return bins `begin` to `end`.
@@ -83,6 +96,14 @@ class TimeSeriesStore:
 
     def __init__(self, streams: dict[str, Stream]) -> None:
         self._streams = streams
+        for stream in streams.values():
+            stream.on_step_back(self._clear_ahead)
+
+    def _clear_ahead(self, index: int) -> None:
+        """Clear the streams far ahead of bin `index`: they are of the time axis before a step back of the stamps."""
+        for stream in self._streams.values():
+            if stream.newest - index > MAX_JUMP_NS // BIN_NS:
+                stream.clear()
 
     @property
     def channels(self) -> list[str]:

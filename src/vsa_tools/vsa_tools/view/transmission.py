@@ -84,8 +84,8 @@ class TransmissionSection(Section):
                 for name in _COEFFICIENTS
             },
             "elastic_law": _elastic_law(state, current),
-            "reason": state["reason"],
-            "observability": state["observability"],
+            "reason": state["reason"] if current else "",
+            "observability": state["observability"] if current else [],
             "reset_reason": _RESETS.get(state["reset_reason"], "UNKNOWN"),
             **{name: state[name] for name in _COUNTS},
         }

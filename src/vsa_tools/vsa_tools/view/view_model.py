@@ -11,6 +11,7 @@ from vsa_tools.view.joint import JointSection
 from vsa_tools.view.time_series import TimeSeriesStore
 from vsa_tools.view.transmission import TransmissionSection
 
+DIAGNOSTICS_TIMEOUT_S = 3.0  # [s] without a message until a diagnostic ends: nodes repeat theirs each second
 Fields = Mapping[str, str]  # of a message: kind by name
 
 
@@ -26,14 +27,17 @@ class ViewModel:
             name: TransmissionSection(name, Reader(impedance), Reader(state), self.events) for name in TRANSMISSIONS
         }
         self.joint = JointSection(Reader(joint), self.events)
-        self._diagnostics: dict[str, str] = {}  # text by node, above OK
+        self._diagnostics: dict[str, tuple[str, float]] = {}  # text and time [s] of the last message above OK, by node
         streams = {"joint": self.joint.stream}
         for name, section in self.transmissions.items():
             streams |= {name: section.stream, f"{name}/sensor": section.sensor}
         self.series = TimeSeriesStore(streams)
 
-    def add_diagnostics(self, message: Any, time_ns: int, namespace: str = "") -> None:
-        """Add a DiagnosticArray; nodes outside `namespace` are ignored, and only levels above OK are kept."""
+    def add_diagnostics(self, message: Any, time_ns: int, now: float, namespace: str = "") -> None:
+        """Add a DiagnosticArray, received at `time_ns` of the wall clock and `now` [s] of a steady clock.
+
+        Nodes outside `namespace` are ignored, and only levels above OK are kept.
+        """
         for status in message.status:
             if not status.name.startswith(namespace):
                 continue
@@ -44,13 +48,17 @@ class ViewModel:
                 self.events.add(time_ns, name, "back to OK", "ok")
             self._diagnostics.pop(name, None)
             if level:
-                self._diagnostics[name] = status.message
+                self._diagnostics[name] = status.message, now
 
     def check_timeouts(self, now: float, wall_ns: int) -> None:
         """Detect timeouts at `now` [s] of a steady clock and `wall_ns` of the wall clock."""
         self.joint.check_timeout(now, wall_ns)
         for section in self.transmissions.values():
             section.check_timeout(now, wall_ns)
+        for name, (_, time) in list(self._diagnostics.items()):
+            if now - time > DIAGNOSTICS_TIMEOUT_S:
+                del self._diagnostics[name]
+                self.events.add(wall_ns, name, f"no diagnostics for {DIAGNOSTICS_TIMEOUT_S:g} s", "error")
 
     def ages(self, now: float) -> dict[str, float]:
         """Time since the last impedance of each source [s]."""
@@ -61,7 +69,7 @@ class ViewModel:
         """Table, drawing, status and events at `now` [s] of a steady clock."""
         return {
             "joint": self.joint.to_json(now),
-            "diagnostics": self._diagnostics,
+            "diagnostics": {name: text for name, (text, _) in self._diagnostics.items()},
             "events": self.events.to_json(),
             **{name: section.to_json(now) for name, section in self.transmissions.items()},
         }

@@ -2,6 +2,7 @@
 """Reading of rosbag2 recordings: MCAP and SQLite."""
 
 import contextlib
+import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,4 +108,10 @@ def _open(path: Path) -> Reader | None:
 
 
 def _files(path: Path, suffix: str) -> list[Path]:
-    return sorted(path.glob(f"*{suffix}")) if path.is_dir() else [path] * (path.suffix == suffix)
+    """Files of a bag in the order of their numbers: bag_2 before bag_10."""
+    return sorted(path.glob(f"*{suffix}"), key=_natural) if path.is_dir() else [path] * (path.suffix == suffix)
+
+
+def _natural(path: Path) -> list[str | int]:
+    """Key for the order of names by the numbers in them; texts and numbers alternate."""
+    return [int(part) if i % 2 else part for i, part in enumerate(re.split(r"(\d+)", path.stem))]

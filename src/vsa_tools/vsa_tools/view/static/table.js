@@ -61,7 +61,7 @@ function number(estimate, title, unit, factor) {
 
 function gauge(joint) {
   const box = byId("gauge");
-  box.hidden = !(joint.range && joint.stiffness?.value > 0);
+  box.hidden = !(joint.range && joint.stiffness?.valid && joint.stiffness.value > 0);
   if (box.hidden) return;
   const [low, high] = joint.range, text = (value) => `${value.toPrecision(2)}`;
   box.style.background = gradient();

@@ -3,11 +3,11 @@ import { Drawing } from "./drawing.js";
 import { Curves, LAWS, Law, PANELS, axis } from "./plots.js";
 import { setStatus, updateTexts } from "./table.js";
 
-const MAX_BINS = 1500, byId = (id) => document.getElementById(id);
+const MAX_BINS = 1500, SILENCE_MS = 2000, byId = (id) => document.getElementById(id);
 const drawing = new Drawing(byId("drawing"));
 const curves = PANELS.map((panel) => new Curves(byId("plots"), panel)), laws = LAWS.map((law) => new Law(byId("plots"), law));
 const plots = [...curves, ...laws];
-let socket = null, channels = [], live = new Map(), binS = 0.02, epoch = null, due = false, retry = 250;
+let socket = null, reconnection = 0, received = 0, newest = null, channels = [], live = new Map(), binS = 0.02, epoch = null, due = false, retry = 250;
 let frozen = null; // while paused: a copy of the columns
 let zoom = null; // [from, to], seconds before the end of the frozen columns
 
@@ -25,9 +25,9 @@ function receive(frame) {
     return clear();
   }
   if (frame.state) {
+    received = performance.now();
     listJoints(frame.state.joints);
-    updateTexts(frame.state, paused());
-    if (!paused()) { drawing.update(frame.state); for (const law of laws) law.update(frame.state); }
+    show(frame.state);
   }
   if (frame.begin === undefined) return;
   if (frame.epoch !== epoch) { clear(); epoch = frame.epoch; }
@@ -40,6 +40,18 @@ function receive(frame) {
   });
   document.body.dataset.end = frame.end;
   if (!due && !paused()) { due = true; requestAnimationFrame(redraw); }
+}
+
+function show(state) {
+  newest = state;
+  updateTexts(state, paused());
+  if (!paused()) { drawing.update(state); for (const law of laws) law.update(state); }
+}
+
+// A state of which nothing is valid any more.
+function silenced(state) {
+  const silent = { status: "SILENT", valid: false, reason: "", observability: [], diagnostics: {}, angle: null };
+  return JSON.parse(JSON.stringify(state), (key, value) => silent[key] === undefined ? value : silent[key]);
 }
 
 function redraw() {
@@ -56,6 +68,7 @@ function pause(on) {
   if (!on) zoom = null;
   byId("pause").textContent = on ? "resume" : "pause";
   byId("zoom_out").hidden = !zoom;
+  if (!on && newest) show(newest);
   redraw();
 }
 
@@ -69,26 +82,47 @@ function listJoints(joints) {
 }
 
 function connect() {
+  clearTimeout(reconnection);
   const scheme = location.protocol === "https:" ? "wss" : "ws", query = location.hash ? `?joint=${location.hash.slice(1)}` : "";
   const current = new WebSocket(`${scheme}://${location.host}/ws${query}`), link = byId("link");
   socket = current;
   let opened = false;
-  current.onopen = () => { opened = true; retry = 250; setStatus("link", "LIVE", "live"); epoch = null; };
+  current.onopen = () => { opened = true; received = performance.now(); retry = 250; setStatus("link", "LIVE", "live"); epoch = null; };
   current.onmessage = (event) => { if (current === socket) receive(JSON.parse(event.data)); };
   current.onclose = () => {
     if (current !== socket) return;
+    socket = null;
     setStatus("link", "LOST", "no connection");
     const reason = opened ? "the page's server has ended or is unreachable" : "the page's server does not answer";
-    updateTexts({ no_data: [`${reason}; trying again`] }, true);
+    const missing = { no_data: [`${reason}; trying again`] };
+    if (newest) show({ ...silenced(newest), ...missing }); else updateTexts(missing, true);
     if (!opened && query) history.replaceState(null, "", location.pathname); // the joint of the address does not exist
-    setTimeout(connect, retry);
+    reconnection = setTimeout(connect, retry);
     retry = Math.min(2 * retry, 4000);
   };
 }
 
-byId("joint").onchange = () => { location.hash = byId("joint").value; pause(false); clear(); socket.onclose = null; socket.close(); connect(); };
+// A state comes three times a second; a connection without any is lost, also where the browser has not noticed.
+function watch() {
+  if (socket?.readyState !== WebSocket.OPEN || performance.now() - received < SILENCE_MS) return;
+  const silent = socket;
+  silent.onclose(); // at once: a peer that does not answer delays the event
+  silent.close();
+}
+
+byId("joint").onchange = () => {
+  location.hash = byId("joint").value;
+  newest = null;
+  pause(false);
+  clear();
+  const former = socket;
+  socket = null;
+  former?.close();
+  connect();
+};
 byId("pause").onclick = () => pause(!paused());
 byId("zoom_out").onclick = () => axis.reset();
 byId("window").onchange = redraw;
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const plot of plots) plot.build(); redraw(); });
 connect();
+setInterval(watch, 250);
