@@ -7,7 +7,14 @@ from vsa_estimator.fault_detection.parity_check import ParityCheck
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients, mean_residual, residuals
 from vsa_estimator.fault_detection.travel import EVERYWHERE
 from vsa_estimator.force_law.elastic import elastic_force, stiffness
-from vsa_estimator.tuning.fault_detection import MAX_BASELINE, MIN_BASELINE, MOVING_SPEED, STICTION_RATIO, VELOCITY_STD
+from vsa_estimator.tuning.fault_detection import (
+    MAX_BASELINE,
+    MIN_BASELINE,
+    MIN_SCALE,
+    MOVING_SPEED,
+    STICTION_RATIO,
+    VELOCITY_STD,
+)
 
 RATE = 100.0
 K2 = 267.2
@@ -258,7 +265,7 @@ def test_a_transient_step_of_the_encoder_at_rest_is_no_other_law():
 def test_large_usual_residuals_become_small_again_with_those_of_a_healthy_motion():
     t, x, v, a = motion(0.5)
     parity = check(model_force(x, v, a), x, t)
-    parity._scale_squares = [1.0, 1.0, 1.0]
+    parity._scale._squares[:] = 1.0
     assert parity.is_insensitive
     assert not parity.is_uncertain
     for _ in range(1000):
@@ -266,13 +273,14 @@ def test_large_usual_residuals_become_small_again_with_those_of_a_healthy_motion
     assert not parity.is_insensitive
 
 
-def test_a_rest_does_not_change_the_usual_residuals():
+def test_the_usual_residuals_of_motion_and_rest_are_apart():
     t, x, force = at_rest(0.2)
     parity = check(force, x, t)
-    before = list(parity._scale_squares)
+    before = parity._scale.std(DECISION_WINDOW)
     for _ in range(1000):
         parity.accept()
-    assert parity._scale_squares == before
+    assert parity._scale.std(DECISION_WINDOW) == pytest.approx(before)
+    assert parity._scale.std(DECISION_WINDOW, 0.0) < 2.0 * MIN_SCALE
 
 
 @pytest.mark.parametrize("rate", [12.0, 30.0, 100.0])

@@ -13,6 +13,7 @@ import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.fault_detection.isolation import SensorShift, isolate
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients, evaluate_windows, residuals
+from vsa_estimator.fault_detection.residual_scale import ResidualScale
 from vsa_estimator.fault_detection.row_buffer import RowBuffer
 from vsa_estimator.fault_detection.travel import EVERYWHERE, Travel
 from vsa_estimator.force_law.elastic import stiffness
@@ -20,7 +21,6 @@ from vsa_estimator.force_law.state import C
 from vsa_estimator.tuning.fault_detection import (
     CONSISTENT_SHARE,
     EVALUATION_PERIOD,
-    INITIAL_SCALE,
     INSENSITIVE_RATIO,
     ISOLATION_TIME,
     MAX_BASELINE,
@@ -29,17 +29,13 @@ from vsa_estimator.tuning.fault_detection import (
     MIN_BASELINE,
     MIN_COVERAGE,
     MIN_ROWS,
-    MIN_SCALE,
     MOVING_SPEED,
-    PRIOR_WEIGHT,
-    SCALE_CAP,
     THRESHOLDS,
     VELOCITY_STD,
     WINDOWS,
 )
-from vsa_estimator.tuning.filter import EXCITATION_TIME_CONSTANT
 
-SCALE_MEMORY = round(EXCITATION_TIME_CONSTANT / EVALUATION_PERIOD)  # evaluations in the memory of the residual scale
+PASSAGE = round(WINDOWS[DECISION_WINDOW] / EVALUATION_PERIOD)  # evaluations in the decision window
 
 
 class ParityCheck:
@@ -49,8 +45,7 @@ class ParityCheck:
         """`rate` of the filter [Hz]."""
         self._checkpoints: deque[Coefficients] = deque(maxlen=2)
         self._rows = RowBuffer(int(WINDOWS[-1] * rate) + 1)
-        self._scale_squares = [scale * scale for scale in INITIAL_SCALE]  # usual squared mean residual [N^2]
-        self._scale_weights = [float(PRIOR_WEIGHT)] * len(WINDOWS)  # evaluations in motion
+        self._scale = ResidualScale()
         self._baseline = MAX_BASELINE  # of the velocity difference [s]
         self._evaluated_at = 0.0
         self._windows = np.zeros((4, len(WINDOWS)))  # see evaluate_windows
@@ -107,13 +102,13 @@ class ParityCheck:
     @property
     def is_uncertain(self) -> bool:
         """Whether the checkpoint is too uncertain to expose a fault."""
-        scale = math.sqrt(self._scale_squares[DECISION_WINDOW])
-        return float(self._windows[1, DECISION_WINDOW]) > INSENSITIVE_RATIO * scale
+        _, model_std, _, in_motion = self._windows[:, DECISION_WINDOW].tolist()
+        return bool(model_std > INSENSITIVE_RATIO * self._scale.std(DECISION_WINDOW, in_motion))
 
     @property
     def is_insensitive(self) -> bool:
         """Whether the usual residuals are too large to expose a fault."""
-        return self._scale_squares[DECISION_WINDOW] > MAX_SCALE * MAX_SCALE
+        return self._scale.std(DECISION_WINDOW) > MAX_SCALE
 
     @property
     def extrapolates(self) -> bool:
@@ -149,21 +144,25 @@ class ParityCheck:
     def begin_fault(self) -> None:
         """Drop what is known of the last fault."""
         self.fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
-        self._last_inconsistent = (0.0, math.nan)  # mean residual [N] and deflection [m] of the present fault
+        self._recent_means: deque[tuple[float, float]] = deque(maxlen=PASSAGE)  # mean residual [N], deflection [m]
         self._passage = (math.inf, math.nan)  # slope of the mean residual [N/m] to the deflection [m] where it is small
 
     def measure_fault(self) -> None:
         """Take the size of the present fault, and where its residual becomes small, from the mean residuals.
 
-        The largest size counts. The slope to the first small mean is infinite after a step of the encoder.
+        The largest size counts. The slope is that over the decision window before the first small mean, infinite after
+        a step of the encoder.
         """
         if self._normalized(DECISION_WINDOW) > 1.0:
             self.fault_size = max(self.fault_size, (abs(self._mean), abs(self._mean) / self._stiffness))
         mean, deflection = self._mean, float(self._recent[1].mean())
+        if math.isnan(mean):
+            return
+        self._recent_means.append((mean, deflection))
         if self.is_inconsistent:
-            self._last_inconsistent, self._passage = (mean, deflection), (math.inf, math.nan)
-        elif math.isnan(self._passage[1]) and not math.isnan(mean):
-            last, position = self._last_inconsistent
+            self._passage = math.inf, math.nan
+        elif math.isnan(self._passage[1]):
+            last, position = self._recent_means[0]
             stepped = position == deflection or self._rows.view[3].any()
             self._passage = math.inf if stepped else (mean - last) / (deflection - position), deflection
 
@@ -180,9 +179,8 @@ class ParityCheck:
     def change_would_show(self) -> bool:
         """Whether another law would leave a residual at the present deflections, where the sensors are consistent.
 
-        The residual of another law passes zero with a slope, the difference of the stiffnesses: that from the last
-        inconsistent mean to the first small one. Beyond the stiffness of the checkpoint it is excluded; within, by the
-        log likelihood ratio of a residual with that slope to none.
+        The residual of another law passes zero with a slope, the difference of the stiffnesses. Beyond the stiffness
+        of the checkpoint it is excluded; within, by the log likelihood ratio of a residual with that slope to none.
         """
         slope, deflection = self._passage
         if math.isnan(slope) or abs(slope) > self._stiffness:
@@ -211,13 +209,10 @@ class ParityCheck:
         return float(stiffness(mean[C.S], mean[C.K2], float(self._rows.deflection[-1]) - reference))
 
     def accept(self) -> None:
-        """Adapt the residual scales to the present means of consistent sensors, by the share of rows in motion."""
+        """Adapt the residual scales to the present means, which are those of consistent sensors."""
         self.extend_travel()
-        for index, (mean, _, _, in_motion) in enumerate(self._windows.T.tolist()):
-            if not math.isnan(mean):
-                scale, weight = self._scale_squares[index], min(self._scale_weights[index] + in_motion, SCALE_MEMORY)
-                scale += in_motion / weight * (min(mean * mean, SCALE_CAP * scale) - scale)
-                self._scale_squares[index], self._scale_weights[index] = max(scale, MIN_SCALE**2), weight
+        means, _, hidden, in_motion = self._windows
+        self._scale.adapt(means, hidden, in_motion)
 
     def extend_travel(self) -> None:
         """Extend the travel by the recent deflections, where the sensors are consistent."""
@@ -237,7 +232,7 @@ class ParityCheck:
         )
         if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
             return None
-        limit = MAX_RIPPLE * math.sqrt(self._scale_squares[DECISION_WINDOW])
+        limit = MAX_RIPPLE * self._scale.std(DECISION_WINDOW)
         return isolate(residual[moving], sigma[moving], float(checkpoint.mean[C.K2]), limit)
 
     def _normalized(self, index: int) -> float:
@@ -247,4 +242,5 @@ class ParityCheck:
 
     def _threshold(self, index: int) -> float:
         """Threshold of the mean residual of a window [N]."""
-        return THRESHOLDS[index] * math.hypot(math.sqrt(self._scale_squares[index]), float(self._windows[1, index]))
+        _, model_std, _, in_motion = self._windows[:, index].tolist()
+        return THRESHOLDS[index] * math.hypot(self._scale.std(index, in_motion), model_std)
