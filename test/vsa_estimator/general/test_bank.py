@@ -126,6 +126,8 @@ def test_an_inconsistency_while_the_bank_is_published_is_one_of_the_law(spring, 
     estimator.add_many(recording.stamp_ns[before], recording.force[before], recording.deflection[before])
     supervisor = estimator._supervisor
     assert supervisor.modes.mode is Mode.TRACKING
+    supervisor.laws.impedance["ln_stiffness_variance"] = 0.1  # as in a part of the stroke that is new to the bank
+    assert supervisor.laws.explains_inconsistency is (mode is Mode.GENERAL)
     decision = Decision(Event.INCONSISTENT)
     monkeypatch.setattr(supervisor.consistency, "evaluate", lambda *_: decision)
     estimator.add_many(recording.stamp_ns[after], recording.force[after], recording.deflection[after])
