@@ -18,6 +18,7 @@ from vsa_common.io.tables import TableError
 from vsa_estimator.initialization.previous_run import coefficients_of
 from vsa_estimator.settings import Initial, NodeConfig
 from vsa_tools.report import command as report
+from vsa_tools.report.columns import first_stamp
 from vsa_tools.report.data import read_run
 from vsa_tools.report.downsampling import cloud, envelope, extremes
 from vsa_tools.report.joint_figures import figure_joint
@@ -266,6 +267,11 @@ def test_a_truth_that_cannot_be_assigned_is_a_warning(bag, tmp_path):
     assert text in with_truth.read_text()
     assert text not in report.write(tmp_path / "bag", tmp_path / "out", print_files=False).read_text()
     assert text not in report.write(bag, tmp_path / "out", print_files=False).read_text()
+
+
+def test_messages_before_the_first_sample_do_not_set_the_begin():
+    begin = paper_run.START_NS
+    assert first_stamp([0] * 50 + [begin + k * 10**7 for k in range(100)]) == begin
 
 
 def test_a_truncated_recording_is_read_to_its_end(bag, tmp_path):

@@ -85,8 +85,9 @@ class ColumnBuilder:
 
 
 def first_stamp(stamps: list[int]) -> int:
-    """The earliest valid stamp [ns]; outliers are ignored."""
+    """The earliest valid stamp [ns]; outliers are ignored. A stamp of zero, before the first sample, is none."""
     array = np.array(stamps, dtype=np.int64)
+    array = array[array > 0]
     low, high = np.quantile(array, [0.02, 0.98])
     margin = _MAX_STAMP_OFFSET_S * NANOSECONDS + (high - low)
     return int(array[(array >= low - margin) & (array <= high + margin)].min())

@@ -95,7 +95,7 @@ def read_run(path: Path) -> Run:
     samples = [one for one in builders if one.stamps]
     if not samples:
         raise BagError(f"{path}: the topics of the suite have no message")
-    start_ns = min(first_stamp(one.stamps) for one in samples)
+    start_ns = min((first_stamp(one.stamps) for one in samples if any(one.stamps)), default=0)
     counters, diagnostics = _read_messages(path, found, start_ns)
     series = {one.topic.name: one.series(start_ns) for one in samples}
     return Run(
