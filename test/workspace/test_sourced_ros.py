@@ -43,6 +43,7 @@ def test_a_second_setup_does_nothing(ready):
     assert ready.run("./vsa", "setup").stdout == "vsa: ready\n"
 
 
+@pytest.mark.live
 def test_the_demo_runs(ready, tmp_path):
     command = ["./vsa", "demo", "--duration", "5", "--rate", "100", "--seed", "1", "--out", tmp_path / "demo"]
     result = ready.run(*command)
