@@ -10,7 +10,6 @@ from vsa_estimator.force_law.elastic import elastic_force, stiffness
 from vsa_estimator.tuning.fault_detection import (
     MAX_BASELINE,
     MIN_BASELINE,
-    MIN_SCALE,
     MOVING_SPEED,
     STICTION_RATIO,
     VELOCITY_STD,
@@ -273,14 +272,13 @@ def test_large_usual_residuals_become_small_again_with_those_of_a_healthy_motion
     assert not parity.is_insensitive
 
 
-def test_the_usual_residuals_of_motion_and_rest_are_apart():
+def test_a_rest_leaves_the_usual_residuals_of_motion_as_they_are():
     t, x, force = at_rest(0.2)
     parity = check(force, x, t)
     before = parity._scale.std(DECISION_WINDOW)
     for _ in range(1000):
         parity.accept()
     assert parity._scale.std(DECISION_WINDOW) == pytest.approx(before)
-    assert parity._scale.std(DECISION_WINDOW, 0.0) < 2.0 * MIN_SCALE
 
 
 @pytest.mark.parametrize("rate", [12.0, 30.0, 100.0])

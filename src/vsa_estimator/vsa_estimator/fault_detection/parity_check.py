@@ -102,8 +102,8 @@ class ParityCheck:
     @property
     def is_uncertain(self) -> bool:
         """Whether the checkpoint is too uncertain to expose a fault."""
-        _, model_std, _, in_motion = self._windows[:, DECISION_WINDOW].tolist()
-        return bool(model_std > INSENSITIVE_RATIO * self._scale.std(DECISION_WINDOW, in_motion))
+        model_std = float(self._windows[1, DECISION_WINDOW])
+        return model_std > INSENSITIVE_RATIO * self._scale.std(DECISION_WINDOW)
 
     @property
     def is_insensitive(self) -> bool:
@@ -211,8 +211,7 @@ class ParityCheck:
     def accept(self) -> None:
         """Adapt the residual scales to the present means, which are those of consistent sensors."""
         self.extend_travel()
-        means, _, hidden, in_motion = self._windows
-        self._scale.adapt(means, hidden, in_motion)
+        self._scale.adapt(self._windows[0], self._windows[3])
 
     def extend_travel(self) -> None:
         """Extend the travel by the recent deflections, where the sensors are consistent."""
@@ -242,5 +241,4 @@ class ParityCheck:
 
     def _threshold(self, index: int) -> float:
         """Threshold of the mean residual of a window [N]."""
-        _, model_std, _, in_motion = self._windows[:, index].tolist()
-        return THRESHOLDS[index] * math.hypot(self._scale.std(index, in_motion), model_std)
+        return THRESHOLDS[index] * math.hypot(self._scale.std(index), float(self._windows[1, index]))
