@@ -98,9 +98,14 @@ class Machine:
         )
 
 
+def machine_in(folder):
+    """The machine that `build` makes in a folder."""
+    return Machine(folder / "ros", folder / "vsa", folder / "vsa" / ".venv")
+
+
 def build(folder):
-    """An emulated machine in an empty folder. Raises CalledProcessError where numpy cannot be downloaded."""
-    machine = Machine(folder / "ros", folder / "vsa", folder / "vsa" / ".venv")
+    """Make an emulated machine in an empty folder. Raises CalledProcessError where numpy cannot be downloaded."""
+    machine = machine_in(folder)
     ros = closure("ros.txt")
     link(ros - {"numpy"}, machine.ros / SITE)
     _link_prefix(machine.ros)
@@ -117,7 +122,6 @@ def build(folder):
     subprocess.run([BASE_PYTHON, "-m", "venv", "--system-site-packages", machine.venv], check=True)
     link(closure("suite.txt") - ros - {"numpy"}, folder / "suite")
     (machine.venv / SITE / "suite.pth").write_text(f"{folder / 'suite'}\n")
-    return machine
 
 
 def _link_prefix(prefix):
