@@ -281,6 +281,22 @@ def test_a_rest_leaves_the_usual_residuals_of_motion_as_they_are():
     assert parity._scale.std(DECISION_WINDOW) == pytest.approx(before)
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_noise_at_rest_stays_below_the_threshold(seed):
+    rng, seconds = np.random.default_rng(seed), 300.0
+    t = np.arange(round(seconds * RATE)) / RATE
+    x = REFERENCE + 1e-3 * np.where(t < 10.0, np.sin(2.0 * np.pi * 0.2 * t), 0.0)
+    force = model_force(x, np.gradient(x, t), np.zeros(t.size)) + 0.017 * rng.standard_normal(t.size)
+    x = x + NOISE * rng.standard_normal(t.size)
+    parity, largest = ParityCheck(RATE), 0.0
+    parity.keep(Coefficients(MEAN.copy(), np.diag((1e-4 * MEAN) ** 2), REFERENCE))
+    for sample in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
+        if parity.add(sample, NOISE**2, False) and not parity.no_evidence:
+            largest = max([largest, *(one for i in range(3) if (one := parity._normalized(i)) > 0.0)])
+            parity.accept()
+    assert largest < 0.9
+
+
 @pytest.mark.parametrize("rate", [12.0, 30.0, 100.0])
 def test_a_slow_sensor_has_residuals_in_all_windows(rate):
     t = np.arange(round(6.0 * rate)) / rate
