@@ -51,7 +51,7 @@ class Lab:
     def until(self, condition, seconds=SHORT):
         end = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < end, [one.motion for one in self.feedback[-1:]]
+            assert time.monotonic() < end, self.states[-1:]
             self.harness.spin(0.02)
 
     def arm(self, armed):
@@ -185,6 +185,7 @@ def test_an_interrupt_of_the_command_line_cancels(armed):
 
 
 def test_a_lost_sensor_stops_the_motors(armed):
+    assert armed.result(armed.begin()).success  # a repeated trial has a new suite: its stiffness is not known yet
     handle = armed.begin(quantities=["inertia"])
     armed.until(armed.moving)
     request = InjectFailure.Request(failure="force off -i 1 -t 4")

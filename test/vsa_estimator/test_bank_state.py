@@ -3,8 +3,9 @@
 
 import numpy as np
 import pytest
-from transmission_data import MULTISINE, TRANSMISSION_1, record, wrong_start
+from transmission_data import MULTISINE, TRANSMISSION_1, measure, record, wrong_start
 from vsa_estimator.estimator import Estimator
+from vsa_estimator.force_law.state import S
 from vsa_estimator.tuning.filter import NIS_THRESHOLD
 
 
@@ -42,3 +43,23 @@ def test_a_bank_that_does_not_explain_the_force_leaves_the_interval_as_it_was():
     laws.choose(supervisor.tracker, supervisor.modes, supervisor.step_ns)
     assert not laws.publishes_bank
     assert laws.discrepancies == pytest.approx(before, rel=1e-9)
+
+
+def test_a_difference_of_filter_and_bank_at_rest_is_no_further_evidence():
+    t = np.arange(4500) / 100.0
+    stop = np.clip((26.0 - t) / 2.0, 0.0, 1.0)
+    x = MULTISINE[0] + stop**3 * sum(a * np.sin(2.0 * np.pi * f * t) for a, f in MULTISINE[1])
+    v = np.gradient(x, t)
+    recording = measure(TRANSMISSION_1, t, x, v, np.gradient(v, t))
+    moving, resting = slice(0, 2800), slice(2800, None)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    estimator.add_many(recording.stamp_ns[moving], recording.force[moving], recording.deflection[moving])
+    supervisor = estimator._supervisor
+    before = estimator.state()
+    std = np.sqrt(before.ln_stiffness_reference_variance + supervisor.laws.impedance["ln_stiffness_variance"][0])
+    supervisor.tracker.z[S] += 3.0 * float(std)  # of both, so that a mean over time would refute the exponential law
+    rows = estimator.add_many(recording.stamp_ns[resting], recording.force[resting], recording.deflection[resting])
+    assert not supervisor.laws.publishes_bank
+    assert rows["stiffness_valid"].all()
+    spread = rows["stiffness_variance"] / rows["stiffness"] ** 2
+    assert spread[-1] < 1.1 * spread[100]

@@ -47,7 +47,7 @@ class LawChoice:
         self._chosen_ns = self._kept_ns = 0
         self._published_share = 0.0  # leaky share of the time in which the bank was published
         self.is_held = self._slice_due = False  # is_held: like the filter's coefficients
-        self._repetitions = 0  # of the bank at the last comparison
+        self._repetitions, self._compared_age = 0, 0.0  # of the bank at the last comparison
         self.publishes_bank = False
         self.discrepancies = (0.0, 0.0)  # variances of the published ln stiffness and damping by the choice of the law
 
@@ -169,7 +169,7 @@ class LawChoice:
         if laws is None or laws.is_confirmed or modes.mode not in (Mode.INITIALIZING, Mode.TRACKING):
             return
         if laws.bank.age > 0.0:
-            self._compare(laws, tracker, elapsed)
+            self._compare(laws, tracker)
             published = 1.0 if self.publishes_bank else 0.0
             self._published_share += elapsed / (2.0 * CHECKPOINT_PERIOD) * (published - self._published_share)
         if self.publishes_bank:
@@ -177,9 +177,10 @@ class LawChoice:
         elif modes.initialized and step_ns - self._kept_ns > CHECKPOINT_PERIOD * 1e9 and self._is_accepted:
             self._keep(step_ns)
 
-    def _compare(self, laws: LawSelection, tracker: Tracker, elapsed: float) -> None:
-        """Compare filter and bank `elapsed` [s] after the last step, and choose; the means begin with a rich motion."""
+    def _compare(self, laws: LawSelection, tracker: Tracker) -> None:
+        """Compare filter and bank, and choose. The means begin with a rich motion, and stand still without evidence."""
         comparison, another = self._comparison, 1.0 - laws.bank.exponential_probability
+        elapsed, self._compared_age = max(laws.bank.age - self._compared_age, 0.0), laws.bank.age
         if laws.bank.repetitions != self._repetitions:
             self._repetitions = laws.bank.repetitions
             comparison.restart_test()
