@@ -218,26 +218,31 @@ def test_a_delayed_joint_estimate_holds_with_the_fault_of_the_estimator():
     assert reason.endswith("(transmission_2: no samples)")
 
 
-def test_a_late_joint_estimate_gives_feed_forward_without_a_hold_and_states_its_age():
+@pytest.mark.parametrize(("topic", "limit"), [("joint_impedance", 60), ("joint_states", 90), ("motor_states", 90)])
+def test_a_late_input_gives_feed_forward_without_a_hold_and_states_its_age(topic, limit):
     feed = active()
-    out = feed.run(3000, late={"joint_impedance": 150})
+    out = feed.run(3000, late={topic: 150})
     assert {row[1] for row in out} == {Mode.FEED_FORWARD}
-    assert out[-1][2] == "joint_impedance comes late: more than 60 ms old by its stamps"
-    assert "recent stiffness" in feed.supervisor.waits_for
+    assert out[-1][2] == f"{topic} comes late: more than {limit} ms old by its stamps"
+    assert "recent inputs" in feed.supervisor.waits_for
     assert {row[1] for row in feed.run(200)} == {Mode.ACTIVE}
 
 
-def test_a_late_joint_estimate_with_an_inaccurate_law_holds_until_a_newer_one():
+@pytest.mark.parametrize("topic", ["joint_impedance", "joint_states", "motor_states"])
+@pytest.mark.parametrize("joint", [GOOD, replace(GOOD, stiffness_valid=False)])
+def test_a_late_input_with_an_inaccurate_law_holds_until_a_newer_one(topic, joint):
     feed = active()
+    feed.supervisor.reconfigure(ControlConfig(recovery_amplitude=1e-3))
     feed.supervisor.control.predicted_error = lambda *_: 1.0
-    out = feed.run(100, late={"joint_impedance": 150})
-    assert out[-1][1] is Mode.HOLDING
-    assert "comes late" in out[-1][2]
+    out = feed.run(100, joint=joint, late={topic: 150})
+    assert {row[1] for row in out} == {Mode.HOLDING}
+    assert feed.supervisor.waits_for == f"a newer {topic}"
 
 
-def test_a_late_joint_estimate_before_a_valid_law_is_no_control():
+@pytest.mark.parametrize("topic", ["joint_impedance", "joint_states", "motor_states"])
+def test_a_late_input_before_a_valid_law_is_no_control(topic):
     feed = Feed()
-    out = feed.run(300, late={"joint_impedance": 150})
+    out = feed.run(300, late={topic: 150})
     assert Mode.FEED_FORWARD not in {row[1] for row in out}
 
 

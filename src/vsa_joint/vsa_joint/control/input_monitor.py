@@ -46,10 +46,9 @@ class InputMonitor:
         """Why control is not possible; None without a fault.
 
         `law` is the last valid one. With it a stiffness that is invalid without a sensor fault is none (`invalidity`),
-        nor is a joint estimate that is too old for feedback (`lateness`) up to STATE_TIMEOUT_NS.
+        nor is an input that is too old for feedback (`lateness`) up to STATE_TIMEOUT_NS.
         """
-        joint = inputs.joint
-        by_stamp_ns = self._timeout_ns if law is None else max(STATE_TIMEOUT_NS, self._timeout_ns)
+        joint, by_stamp_ns = inputs.joint, 0 if law is None else STATE_TIMEOUT_NS
         age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns, by_stamp_ns)
         if joint is None or age:
             faults = self._estimator_faults(inputs, now_ns)
@@ -58,10 +57,10 @@ class InputMonitor:
         invalid = _validity_fault(joint, any(inputs.sensor_faults), law is not None)
         if invalid is not None:
             return Fault(format_fault(invalid.text, inputs.estimator_faults), invalid.waits_for)
-        age = self._age_fault("joint_states", inputs.angle_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
+        age = self._age_fault("joint_states", inputs.angle_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns, by_stamp_ns)
         if not math.isfinite(inputs.angle) or age:
             return age or Fault("joint_states silent", "joint_states")
-        age = self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
+        age = self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns, by_stamp_ns)
         if inputs.motors is None or age:
             return age or Fault("motor_states silent", "motor_states")
         springs = inputs.springs if joint.stiffness_valid or law is None else law
@@ -80,10 +79,13 @@ class InputMonitor:
         late = self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
         return inputs.motors is not None and late is None
 
-    def lateness(self, inputs: Inputs, now_ns: int) -> str:
-        """Why the joint estimate is too old for feedback, by its stamp; empty where it is not."""
+    def lateness(self, inputs: Inputs, now_ns: int) -> Fault | None:
+        """The first input that is too old for feedback, by its stamp; None without one."""
         age = self._age_fault("joint_impedance", inputs.joint_ns, self._timeout_ns, inputs, now_ns)
-        return format_fault(age.text, self._estimator_faults(inputs, now_ns)) if age else ""
+        if age is not None:
+            return Fault(format_fault(age.text, self._estimator_faults(inputs, now_ns)), age.waits_for)
+        age = self._age_fault("joint_states", inputs.angle_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
+        return age or self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns)
 
     def _estimator_faults(self, inputs: Inputs, now_ns: int) -> tuple[str, str]:
         """Fault of each estimator; `silent` after half of the input timeout."""
@@ -95,11 +97,11 @@ class InputMonitor:
     ) -> Fault | None:
         """Fault of an input that exceeds `timeout_ns` before the next period, by its arrival or by its stamp.
 
-        `by_stamp_ns`: another timeout by the stamp.
+        `by_stamp_ns`: a longer timeout by the stamp.
         """
         if now_ns - arrival_ns > self._limit(timeout_ns):
             return Fault(f"{name} silent", name)
-        age_ns, limit_ns = now_ns - inputs.measured_ns.get(name, arrival_ns), self._limit(by_stamp_ns or timeout_ns)
+        age_ns, limit_ns = now_ns - inputs.measured_ns.get(name, arrival_ns), self._limit(max(by_stamp_ns, timeout_ns))
         if age_ns > limit_ns:
             text = f"{name} comes late: more than {limit_ns // 1_000_000} ms old by its stamps"
             return Fault(text, f"a newer {name}")

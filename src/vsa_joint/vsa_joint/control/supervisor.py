@@ -2,7 +2,7 @@
 """Supervision of stiffness control: accepts commands, checks the inputs, and steps the control or holds the motors.
 
 While the stiffness is invalid without a sensor fault, control goes on with the last valid law, then re-excites both
-transmissions. It also goes on with that law while the joint estimate comes late. Instants are of a steady clock and are
+transmissions. It also goes on with that law while an input comes late. Instants are of a steady clock and are
 arguments.
 """
 
@@ -21,6 +21,7 @@ from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import FOLLOWING_ERROR, FOLLOWING_TIMEOUT_NS, RECOVERY_NS
 
 NO_RANGE = "no stiffness is within slack_margin, force_max and deflection_max"
+BY_LAW = "a valid stiffness and recent inputs: control by the last valid law"
 BY_EXCITATION = "a valid stiffness: the motors re-excite both transmissions"
 
 
@@ -151,7 +152,7 @@ class Supervisor:
         if not self.control.has_range(measurement):
             return _Condition(Event.FAULT, NO_RANGE, "limits of force and deflection with a range")
         invalid, late = invalidity(inputs), self._monitor.lateness(inputs, now_ns)
-        reason = invalid or late
+        reason = invalid or (late.text if late else "")
         if not reason:
             self.law_error = 0.0
             return _Condition(Event.VALID)
@@ -159,9 +160,9 @@ class Supervisor:
         drift = self._config.law_drift * math.sqrt(age)
         self.law_error = math.hypot(self.control.predicted_error(target, measurement), drift)
         if self.law_error <= self._config.law_error_max:
-            return _Condition(Event.TOLERABLE, reason, "a valid and recent stiffness: control by the last valid law")
-        if not invalid:
-            return _Condition(Event.FAULT, late, "a newer joint_impedance")
+            return _Condition(Event.TOLERABLE, reason, BY_LAW)
+        if late is not None:
+            return _Condition(Event.FAULT, late.text, late.waits_for)
         if self._config.recovery_amplitude > 0.0:
             return _Condition(Event.INVALID, reason, BY_EXCITATION)
         return _Condition(Event.FAULT, reason, f"{MOTION}; or set recovery_amplitude")
