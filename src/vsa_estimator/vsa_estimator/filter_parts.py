@@ -4,7 +4,13 @@
 import math
 
 from vsa_common.types import ResetReason
-from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT, ConsistencyMonitor, Decision
+from vsa_estimator.fault_detection.consistency import (
+    AFTER_FAULT,
+    AFTER_GAP,
+    INCONSISTENT,
+    ConsistencyMonitor,
+    Decision,
+)
 from vsa_estimator.fault_detection.counters import Counters
 from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
 from vsa_estimator.fault_detection.latch import FaultLatch
@@ -67,7 +73,7 @@ class FilterParts:
             start_from(previous, self.tracker, self.modes, self.consistency)
             self.laws.confirm()
 
-    def _apply(self, decision: Decision, reason: str) -> None:
+    def _apply(self, decision: Decision) -> None:
         """Carry out a decision: coefficients first, then mode and counters."""
         if decision.restore is not None:
             self.tracker.restore(*decision.restore)
@@ -78,7 +84,7 @@ class FilterParts:
         if decision.event is Event.REJECTED:
             self._restart_initialization(self._force)
         elif decision.event is not None:
-            self.modes.handle(decision.event, reason)
+            self.modes.handle(decision.event, decision.reason)
         if self.modes.suspended:
             self.laws.hold()
         if decision.shift is NO_SHIFT:
@@ -94,7 +100,7 @@ class FilterParts:
         decision = self.consistency.suspend(self.tracker, self.modes, interrupted)
         if decision is None:
             return False
-        self._apply(decision, reason)
+        self._apply(decision._replace(reason=reason))
         return True
 
     def _restart_initialization(self, force: float) -> None:
@@ -122,8 +128,8 @@ class FilterParts:
             self._restart_initialization(self._force)
         if self.modes.initialized:
             stepped = not self.encoder_fault and self._position.encoder_step(tracker)
-            if self.modes.reason == INCONSISTENT:  # a step may end the fault: the checkpoint is compared unshifted
-                stepped = False
+            if self.modes.reason in (INCONSISTENT, AFTER_FAULT):
+                stepped = False  # it may end the fault: the checkpoint is compared unshifted
             elif stepped:
                 variance = self._position.step_variance + deflection_variance
                 tracker.restore(*self.consistency.shift_reference(tracker, step, variance))

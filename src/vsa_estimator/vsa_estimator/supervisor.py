@@ -61,7 +61,7 @@ class Supervisor(FilterParts):
             self._refute()
             self._step_general(block)
             return
-        self._apply(decision, INCONSISTENT)
+        self._apply(decision)
         if self._detect_manoeuvre() or self.modes.suspended or not block.forces:
             self.noise.force.interrupt()
         else:
@@ -162,10 +162,10 @@ class Supervisor(FilterParts):
             return
         if not tracker.update_force(block.force, self._force_variance(block), deflection_variance, dt):
             self.counters.count_rejected(force=True)
-        if not tracker.nis_test_failed:
-            return
         if self.consistency.is_consistent:
             tracker.reset_nis_test()
+        elif not tracker.nis_test_failed:
+            return
         elif self.laws.explains_inconsistency:
             self._refute()
         elif not self._suspend(INCONSISTENT):

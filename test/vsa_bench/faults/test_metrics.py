@@ -14,7 +14,7 @@ from vsa_bench.faults.metrics import (
     poisson_interval,
     time_to_valid,
 )
-from vsa_estimator.fault_detection.consistency import AFTER_GAP, INCONSISTENT
+from vsa_estimator.fault_detection.consistency import AFTER_FAULT, AFTER_GAP, INCONSISTENT
 from vsa_estimator.fault_detection.latch import FAULT_TEXTS
 from vsa_estimator.filter_parts import POSITION_UNCERTAIN
 from vsa_estimator.preprocessing.sensor_flags import SensorFlag
@@ -99,7 +99,7 @@ def test_every_fault_text_of_the_estimator_names_its_hypothesis():
         SensorFlag.DEFLECTION_SATURATED: "saturation",
     }
     assert {flag: hypothesis(text) for flag, text in FAULT_TEXTS.items()} == expected
-    for text in (INCONSISTENT, AFTER_GAP, POSITION_UNCERTAIN):
+    for text in (INCONSISTENT, AFTER_FAULT, AFTER_GAP, POSITION_UNCERTAIN):
         assert hypothesis(text) == "not isolated"
     assert hypothesis("force sensor drift") == hypothesis("force bias of +2.0 N") == "force bias or drift"
     assert hypothesis("transmission changed: k2") == "transmission changed"

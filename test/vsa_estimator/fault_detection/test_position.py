@@ -52,5 +52,6 @@ def test_a_motion_changes_the_force_and_is_no_encoder_step(stiction):
 
 
 def test_a_motion_is_spread_over_samples_and_a_step_is_within_one():
-    monitor, tracker, _ = after_a_step(0.0, 0.0, samples=5)  # beyond v*: the force hardly changes
+    monitor, tracker, results = after_a_step(0.0, 0.0, samples=5)  # beyond v*: the force hardly changes
     assert not monitor.encoder_step(tracker)
+    assert results[300:302] == [PositionUpdate.REJECTED, PositionUpdate.ACCEPTED]  # followed from the second one on

@@ -29,6 +29,7 @@ from vsa_estimator.tuning.output import MAX_STIFFNESS_STD
 INCONSISTENT = "force and encoder are inconsistent with the estimated model: sensor drift or a changed transmission"
 REJECTED = "coefficients rejected: force and encoder stay inconsistent with them"
 AFTER_GAP = "consistency check after a gap"
+AFTER_FAULT = "consistency check after a burst of samples or an encoder fault"
 
 
 class Decision(NamedTuple):
@@ -39,6 +40,7 @@ class Decision(NamedTuple):
     shift: SensorShift = NO_SHIFT  # of a sensor, which the restored coefficients contain
     reset: ResetReason = ResetReason.NONE
     fault: str = ""  # the isolated one
+    reason: str = INCONSISTENT  # why updates are suspended, if they are
 
 
 NOMINAL = Decision()
@@ -133,7 +135,7 @@ class ConsistencyMonitor:
         if encoder_fault:
             decision = self.suspend(tracker, modes)
             self._time_in_fault = 0.0
-            return decision or NOMINAL
+            return decision._replace(reason=AFTER_FAULT) if decision else NOMINAL
         if not evaluated:
             return NOMINAL
         return self._suspended(tracker) if modes.suspended else self._nominal(tracker, modes, time)

@@ -55,8 +55,10 @@ class OffsetHypothesis:
     def is_confirmed(self) -> bool:
         """Whether MIN_COUNT offsets agree while the encoder moves on: those of a noisy or stuck encoder do not."""
         offsets = [one.offset for one in self._rejected[:MIN_COUNT]]
+        if len(offsets) < MIN_COUNT:
+            return False
         scatter = MAX_SCATTER * abs(self.size)
-        if len(offsets) < MIN_COUNT or offsets[0] * self.size < 0.0 or float(np.std(offsets[1:])) > scatter:
+        if offsets[0] * self.size < 0.0 or float(np.std(offsets[1:])) > scatter:
             return False
         first, last = self._rejected[1], self._rejected[-1]
         return abs(last.offset - first.offset) < max(abs(last.deflection - first.deflection), scatter)

@@ -57,7 +57,7 @@ class PositionMonitor:
             return self._accept(tracker, block)
         self._offsets.reject(block.deflection, offset, self._change_of_residual(tracker, block), discontinuity)
         since = (block.stamp_ns - self._accepted_ns) * 1e-9
-        onset = self._offsets.is_motion_onset
+        onset = self._offsets.is_motion_onset or (repeated and not self._offsets.is_discontinuous)
         if onset:
             jerk.detect_manoeuvre(tracker.deflection_nis)
             tracker.inflate_for_acceleration(offset, since)
