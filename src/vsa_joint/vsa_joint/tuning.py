@@ -167,13 +167,9 @@ OVERLOAD = _constant("OVERLOAD", 1.05, "1", 1.0, 2.0,
 )  # fmt: skip
 
 # control/mode and control/supervisor
-SHORT_HOLD_NS = _constant("SHORT_HOLD_NS", 100_000_000, "ns", 1_000_000, 10**10,
-    "Longest hold after which control resumes as soon as the inputs are healthy for the duration of the hold.",
-    "test: a short timeout costs no more than twice its duration",
-)  # fmt: skip
 RECOVERY_NS = _constant("RECOVERY_NS", 500_000_000, "ns", 1_000_000, 10**11,
-    "Duration of healthy inputs before control resumes after a longer hold.",
-    "engineering choice",
+    "Greatest duration of healthy inputs before control resumes after a hold; after a shorter fault it is that of the fault.",
+    "engineering choice: ten periods of a command at 20 Hz",
 )  # fmt: skip
 FOLLOWING_ERROR = _constant("FOLLOWING_ERROR", 0.3, "rad", 0.001, 100.0,
     "Distance of a motor from its command beyond which it does not follow.",

@@ -3,7 +3,7 @@
 
 from enum import IntEnum, auto
 
-from vsa_joint.tuning import RECOVERY_NS, SHORT_HOLD_NS
+from vsa_joint.tuning import RECOVERY_NS
 
 Positions = tuple[float, float]  # of both motors [rad]
 
@@ -59,7 +59,9 @@ class OperatingMode:
         self._since_ns: int | None = None
         self._held: Positions | None = None
         self._held_since_ns = 0
-        self._healthy_since_ns: int | None = None
+        self._recovery_ns = 0  # healthy time that a hold still needs
+        self._checked_ns = 0  # of the last check in a hold
+        self._was_faulty = False  # at that check
 
     @property
     def mode(self) -> Mode:
@@ -78,14 +80,17 @@ class OperatingMode:
     def handle(self, event: Event, positions: Positions | None, now_ns: int) -> bool:
         """Change the mode; whether it has changed.
 
-        A hold keeps its first `positions`. It ends as soon as the inputs are healthy for long enough: after a hold of
-        at most SHORT_HOLD_NS for as long as the hold, else for RECOVERY_NS.
+        A hold keeps its first `positions`. It ends as soon as the inputs were healthy for as long as they were faulty
+        in it; of a fault RECOVERY_NS count at most, and another fault adds its duration only.
         """
+        if self._mode is Mode.HOLDING:
+            self._update_recovery(event is Event.FAULT, now_ns)
         if event is Event.FAULT:
-            self._healthy_since_ns = None
             if self._mode is not Mode.HOLDING or self._held is None:
                 self._held, self._held_since_ns = positions, now_ns
-        elif self._mode is Mode.HOLDING and not self._is_recovered(now_ns):
+            if self._mode is not Mode.HOLDING:
+                self._recovery_ns, self._checked_ns, self._was_faulty = 0, now_ns, True
+        elif self._mode is Mode.HOLDING and self._recovery_ns > 0:
             return False
         before, self._mode = self._mode, TRANSITIONS[self._mode, event]
         if self._mode is before:
@@ -99,8 +104,8 @@ class OperatingMode:
             return now_ns - self._held_since_ns > RECOVERY_NS
         return self._mode is Mode.IDLE
 
-    def _is_recovered(self, now_ns: int) -> bool:
-        if self._healthy_since_ns is None:
-            self._healthy_since_ns = now_ns
-        held_ns = self._healthy_since_ns - self._held_since_ns
-        return now_ns - self._healthy_since_ns >= (held_ns if held_ns <= SHORT_HOLD_NS else RECOVERY_NS)
+    def _update_recovery(self, faulty: bool, now_ns: int) -> None:
+        """Add the time since the last check to the recovery after a fault, subtract it after healthy inputs."""
+        elapsed = now_ns - self._checked_ns
+        self._recovery_ns = min(max(self._recovery_ns + (elapsed if self._was_faulty else -elapsed), 0), RECOVERY_NS)
+        self._checked_ns, self._was_faulty = now_ns, faulty

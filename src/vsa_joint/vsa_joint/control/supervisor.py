@@ -131,7 +131,7 @@ class Supervisor:
         if self.mode is Mode.ACTIVE:
             self.reason, self.waits_for = self.feasibility.text if self.feasibility is not None else "", ""
         elif self.mode is Mode.HOLDING and condition.event is not Event.FAULT:
-            self.waits_for = f"inputs without a fault for {RECOVERY_NS / NANOSECONDS:g} s"
+            self.waits_for = f"inputs without a fault for up to {RECOVERY_NS / NANOSECONDS:g} s"
         else:
             self.reason, self.waits_for = condition.reason, condition.waits_for
 
