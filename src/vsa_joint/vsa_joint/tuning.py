@@ -169,7 +169,7 @@ OVERLOAD = _constant("OVERLOAD", 1.05, "1", 1.0, 2.0,
 # control/mode and control/supervisor
 RECOVERY_NS = _constant("RECOVERY_NS", 500_000_000, "ns", 1_000_000, 10**11,
     "Greatest duration of healthy inputs before control resumes after a hold; after a shorter fault it is that of the fault.",
-    "engineering choice: ten periods of a command at 20 Hz",
+    "engineering choice: a longer hold ends at the measured state of the joint, whose inputs have to settle",
 )  # fmt: skip
 FOLLOWING_ERROR = _constant("FOLLOWING_ERROR", 0.3, "rad", 0.001, 100.0,
     "Distance of a motor from its command beyond which it does not follow.",

@@ -83,15 +83,15 @@ class OperatingMode:
         A hold keeps its first `positions`. It ends as soon as the inputs were healthy for as long as they were faulty
         in it; of a fault RECOVERY_NS count at most, and another fault adds its duration only.
         """
+        faulty = event is Event.FAULT
         if self._mode is Mode.HOLDING:
-            self._update_recovery(event is Event.FAULT, now_ns)
-        if event is Event.FAULT:
-            if self._mode is not Mode.HOLDING or self._held is None:
-                self._held, self._held_since_ns = positions, now_ns
-            if self._mode is not Mode.HOLDING:
-                self._recovery_ns, self._checked_ns, self._was_faulty = 0, now_ns, True
-        elif self._mode is Mode.HOLDING and self._recovery_ns > 0:
-            return False
+            self._update_recovery(faulty, now_ns)
+            if not faulty and self._recovery_ns > 0:
+                return False
+        elif faulty:
+            self._held, self._recovery_ns, self._checked_ns, self._was_faulty = None, 0, now_ns, True
+        if faulty and self._held is None:
+            self._held, self._held_since_ns = positions, now_ns
         before, self._mode = self._mode, TRANSITIONS[self._mode, event]
         if self._mode is before:
             return False
