@@ -39,7 +39,7 @@ def precompile(with_bank: bool = False) -> None:
     )  # call compiled functions
     parity.measure_fault()
     parity.fault_would_show()
-    parity.change_would_show()
+    parity.hidden_change()
     parity.isolate_fault()
     if with_bank and ACCELERATED:
         _run_bank()

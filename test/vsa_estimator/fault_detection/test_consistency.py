@@ -1,5 +1,5 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""End of a suspension where a shift of the encoder would not show."""
+"""End of a suspension where a shift of the encoder, or another law, would not show."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from vsa_estimator.settings import Initial
 K2 = Initial().k2
 
 
-def decision(shift, of_force=True, of_encoder=False, of_law=True):
+def decision(shift, of_force=True, of_encoder=False, change=0.0):
     """Decision and coefficients of consistent residuals after a fault of `shift` [m], which would show or not."""
     tracker, monitor = Tracker(Initial(), 100.0), ConsistencyMonitor(100.0)
     tracker.start(0.010, 30.0, 1e-10)
@@ -22,7 +22,7 @@ def decision(shift, of_force=True, of_encoder=False, of_law=True):
         is_consistent=True, is_inconsistent=False, fault_size=(1.0, shift), checkpoint=_present(tracker),
         measure_fault=lambda: None, end_fault=lambda: None, replace=lambda coefficients: None,
         fault_would_show=lambda of_encoder=True, shows=(of_force, of_encoder): shows[of_encoder],
-        change_would_show=lambda: of_law,
+        hidden_change=lambda: change,
     )  # fmt: skip
     return monitor._suspended(tracker), _present(tracker)
 
@@ -50,5 +50,15 @@ def test_a_shift_of_the_force_that_would_not_show_is_waited_for():
     assert decision(1e-6, of_force=False)[0] is NOMINAL
 
 
-def test_a_change_of_the_law_that_would_not_show_is_waited_for():
-    assert decision(1e-6, of_encoder=True, of_law=False)[0] is NOMINAL
+def test_a_small_change_of_the_law_that_would_not_show_counts_in_the_stiffness():
+    found, before = decision(1e-6, of_encoder=True, change=0.02)
+    assert found.event is Event.CONSISTENT
+    assert (found.restore.covariance - before.covariance)[C.S, C.S] == pytest.approx(0.02**2)
+
+
+def test_a_change_of_the_law_that_makes_the_stiffness_invalid_is_waited_for():
+    assert decision(1e-6, of_encoder=True, change=0.11)[0] is NOMINAL
+
+
+def test_hidden_shift_and_change_count_together():
+    assert decision(0.08 / K2, change=0.08)[0] is NOMINAL

@@ -109,9 +109,8 @@ class ConsistencyMonitor:
     def shift_reference(self, tracker: Tracker, shift: float, variance: float) -> Coefficients:
         """Coefficients for an encoder that reads `shift` [m] more; its variance [m^2] widens the stiffness."""
         checkpoint = self._parity.checkpoint or _present(tracker)
-        covariance = checkpoint.covariance.copy()
-        covariance[C.S, C.S] += checkpoint.mean[C.K2] ** 2 * variance
-        return self._replace(checkpoint._replace(covariance=covariance, reference=checkpoint.reference + shift))
+        widened = _widened(checkpoint, float(checkpoint.mean[C.K2]) ** 2 * variance)
+        return self._replace(widened._replace(reference=checkpoint.reference + shift))
 
     def evaluate(
         self,
@@ -160,8 +159,7 @@ class ConsistencyMonitor:
 
     def _suspended(self, tracker: Tracker) -> Decision:
         self._parity.measure_fault()
-        consistent = self._parity.is_consistent and self._parity.fault_would_show(of_encoder=False)
-        if consistent and self._parity.change_would_show():
+        if self._parity.is_consistent and self._parity.fault_would_show(of_encoder=False):
             decision = self._consistent(tracker)
             if decision is not None:
                 return decision
@@ -180,15 +178,18 @@ class ConsistencyMonitor:
         return NOMINAL
 
     def _consistent(self, tracker: Tracker) -> Decision | None:
-        """Decision to continue; None while a possible shift of the encoder would make the stiffness invalid.
+        """Decision to continue; None while what can be hidden of the fault would make the stiffness invalid.
 
-        Where the spring is too soft for it to show, its size counts as a standard deviation of the deflection.
+        A shift of the encoder where the spring is too soft for it to show, and another law where it has the same force,
+        count with their size as a standard deviation of the stiffness.
         """
-        restore, shift = None, self._parity.fault_size[1]
-        if not self._parity.fault_would_show():
-            if float(_present(tracker).mean[C.K2]) * shift > MAX_STIFFNESS_STD:
-                return None
-            restore = self.shift_reference(tracker, 0.0, shift * shift)
+        checkpoint, restore = self._parity.checkpoint or _present(tracker), None
+        shift = 0.0 if self._parity.fault_would_show() else float(checkpoint.mean[C.K2]) * self._parity.fault_size[1]
+        hidden = math.hypot(shift, self._parity.hidden_change())
+        if hidden > MAX_STIFFNESS_STD:
+            return None
+        if hidden > 0.0:
+            restore = self._replace(_widened(checkpoint, hidden**2))
         self._parity.end_fault()
         self._is_previous_run = False
         return Decision(Event.CONSISTENT, restore)
@@ -224,3 +225,10 @@ class ConsistencyMonitor:
 def _present(tracker: Tracker) -> Coefficients:
     """Copies of the present coefficients."""
     return Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
+
+
+def _widened(coefficients: Coefficients, ln_stiffness_variance: float) -> Coefficients:
+    """Coefficients with a greater variance of ln stiffness."""
+    covariance = coefficients.covariance.copy()
+    covariance[C.S, C.S] += ln_stiffness_variance
+    return coefficients._replace(covariance=covariance)

@@ -176,20 +176,21 @@ class ParityCheck:
         residual = (min(force, by_encoder) if of_encoder else force) - 2.0 * float(self._windows[2, DECISION_WINDOW])
         return force == 0.0 or residual > CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)
 
-    def change_would_show(self) -> bool:
-        """Whether another law would leave a residual at the present deflections, where the sensors are consistent.
+    def hidden_change(self) -> float:
+        """Relative error of the stiffness by another law without a residual at the present deflections, or 0.
 
         The residual of another law passes zero with a slope, the difference of the stiffnesses. Beyond the stiffness
         of the checkpoint it is excluded; within, by the log likelihood ratio of a residual with that slope to none.
         """
         slope, deflection = self._passage
-        if math.isnan(slope) or abs(slope) > self._stiffness:
-            return True
+        if not abs(slope) < self._stiffness:
+            return 0.0
         mean, _, reference = self._checkpoints[0]
         _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline, EVERYWHERE)
         expected = slope * (motion[0] - deflection)
         least = (CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)) ** 2
-        return float(expected @ (expected - 2.0 * values)) > values.size * least
+        shows = float(expected @ (expected - 2.0 * values)) > values.size * least
+        return 0.0 if shows else abs(slope) / float(stiffness(mean[C.S], mean[C.K2], deflection - reference))
 
     @property
     def _mean(self) -> float:
