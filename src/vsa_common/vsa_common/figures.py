@@ -1,21 +1,24 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Figures in the style of the suite, drawn by matplotlib without a display.
+"""Figures in the style of the suite, drawn by matplotlib without a display; it is loaded with the first figure.
 
 >>> figure, (top, bottom) = panels(2)
 >>> line = top.plot([0.0, 1.0], [2.0, 3.0], color=SIDE_1)
 >>> save(figure, "two.png")  # doctest: +SKIP
 """
 
+from __future__ import annotations
+
 import io
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Okabe and Ito's palette: distinguishable with colour vision deficiency.
 SIDE_1 = "#0072b2"
@@ -49,7 +52,6 @@ STYLE = {
     "svg.hashsalt": "vsa",  # reproducible files
     "path.simplify_threshold": 0.3,
 }
-matplotlib.rcParams.update(STYLE)
 
 
 def panels(
@@ -61,7 +63,7 @@ def panels(
     title: str = "",
 ) -> tuple[Figure, Any]:
     """A figure and its axes: one, an array of them, or a matrix, as `Figure.subplots` returns them; sizes in inches."""
-    figure = Figure(figsize=(width, 1.75 * rows + 0.6 if height is None else height), layout="constrained")
+    figure = _figure(width, 1.75 * rows + 0.6 if height is None else height, layout="constrained")
     axes = figure.subplots(rows, columns)
     if title:
         set_title(figure, title)
@@ -71,7 +73,7 @@ def panels(
 def stack(rows: int, *, height: float, duration: float, width: float = WIDTH) -> tuple[Figure, list[Axes]]:
     """Panels above each other over a time axis of `duration` [s], `height` inches each; fixed margins."""
     tall = rows * height + 0.8
-    figure = Figure(figsize=(width, tall))
+    figure = _figure(width, tall)
     margins = {"left": 0.85 / width, "right": 1.0 - 0.15 / width, "bottom": 0.45 / tall, "top": 1.0 - 0.4 / tall}
     axes = list(figure.subplots(rows, sharex=True, squeeze=False, gridspec_kw={**margins, "hspace": 0.14})[:, 0])
     for one in axes:
@@ -104,7 +106,7 @@ def limits(axes: Axes, *series: Any, margin: float = 0.08, tail: float = 0.005) 
 def text_page(title: str, lines: Sequence[str], tables: Sequence[tuple[str, Sequence[Sequence[str]]]]) -> Figure:
     """A page of a PDF: title, lines of text, and tables (heading, rows); a table's first row has the column names."""
     height = 1.2 + 0.2 * len(lines) + sum(0.6 + 0.17 * len(rows) for _, rows in tables)
-    figure = Figure(figsize=(WIDTH, height))
+    figure = _figure(WIDTH, height)
     y = 1.0 - 0.4 / height
     figure.text(0.03, y, title, size=15, weight="bold")
     for line in lines:
@@ -123,6 +125,15 @@ def lay_out(figure: Figure) -> None:
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine(None)  # the string "none" leaves a placeholder engine that draws each file twice
+
+
+def _figure(width: float, height: float, layout: Literal["constrained"] | None = None) -> Figure:
+    """An empty figure in the style, sizes in inches."""
+    import matplotlib  # takes half a second, which no --help and no table needs
+    from matplotlib.figure import Figure
+
+    matplotlib.rcParams.update(STYLE)
+    return Figure(figsize=(width, height), layout=layout)
 
 
 def _table(figure: Figure, rows: Sequence[Sequence[str]], y: float, step: float) -> float:
@@ -157,6 +168,8 @@ def save_pdf(figures: Iterable[Figure], path: str | Path) -> None:
 
 def inline_svg(figure: Figure, name: str) -> str:
     """The figure as an <svg> element for an HTML page; `name` makes its ids unique in the page."""
+    import matplotlib
+
     lay_out(figure)
     buffer = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": name}):

@@ -1,13 +1,19 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Figure: response without friction; errors of identified and estimated impedance with friction."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from vsa_bench.joint.experiment import Outcome
 from vsa_bench.joint.report import NAMES, PERCENT, relative_error
-from vsa_common.figures import JOINT, SIDE_1, SIDE_2, TRUTH, WARNING, Axes, panels, save
+from vsa_common.figures import JOINT, SIDE_1, SIDE_2, TRUTH, WARNING, panels, save
+
+if TYPE_CHECKING:
+    from vsa_common.figures import Axes
 
 COLORS = (SIDE_1, JOINT, WARNING)  # by tendon stiffness, ascending
 OFFSET = 1.0  # N, between the markers of both series

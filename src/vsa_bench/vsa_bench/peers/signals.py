@@ -6,7 +6,6 @@ Arrays are (recordings, samples).
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from scipy.signal import bilinear, lfilter
 from vsa_common.types import Array
 
 LOW_NOISE = 0.02e-3  # encoder noise above which deflection is smoothed before a polynomial is evaluated [m]
@@ -16,19 +15,23 @@ RANGE = (0.0, 0.020)  # deflection that the polynomials span [m]
 def state_variable_filter(signal: Array, rate: float, cutoff: float) -> tuple[Array, Array]:
     """Signal and its first derivative behind a causal third-order Butterworth filter of `cutoff` [Hz]."""
     w = 2.0 * np.pi * cutoff
-    denominator = [1.0, 2.0 * w, 2.0 * w**2, w**3]
     first = signal[:, :1]
-    value, slope = (
-        lfilter(*bilinear(numerator, denominator, rate), signal - first, axis=1) for numerator in ([w**3], [w**3, 0.0])
-    )
-    return np.asarray(value + first, dtype=np.float64), np.asarray(slope, dtype=np.float64)
+    value, slope = (_filtered(numerator, w, signal - first, rate) for numerator in ([w**3], [w**3, 0.0]))
+    return value + first, slope
 
 
 def second_derivative(signal: Array, rate: float, cutoff: float) -> Array:
     """Second derivative behind the same filter."""
     w = 2.0 * np.pi * cutoff
-    b, a = bilinear([w**3, 0.0, 0.0], [1.0, 2.0 * w, 2.0 * w**2, w**3], rate)
-    return np.asarray(lfilter(b, a, signal - signal[:, :1], axis=1))
+    return _filtered([w**3, 0.0, 0.0], w, signal - signal[:, :1], rate)
+
+
+def _filtered(numerator: list[float], w: float, signal: Array, rate: float) -> Array:
+    """Signal behind a numerator over the third-order Butterworth denominator of `w` [rad/s]."""
+    from scipy.signal import bilinear, lfilter  # takes more than half a second, which --help does not need
+
+    b, a = bilinear(numerator, [1.0, 2.0 * w, 2.0 * w**2, w**3], rate)
+    return np.asarray(lfilter(b, a, signal, axis=1), dtype=np.float64)
 
 
 def evaluation_point(deflection: Array, rate: float, noise: float) -> Array:
