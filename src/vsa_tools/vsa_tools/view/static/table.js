@@ -35,7 +35,7 @@ function cell(estimate, factor) {
 }
 
 function row(id, title, unit, ...cells) {
-  const element = make("tr", "", make("td", "", `${title} `, make("small", "", unit)), ...cells);
+  const element = make("tr", "", make("td", "name", `${title} `, make("small", "", unit)), ...cells);
   element.id = `row_${id}`;
   return element;
 }
