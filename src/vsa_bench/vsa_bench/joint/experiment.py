@@ -81,7 +81,7 @@ def run(case: Case) -> Outcome:
     """The whole experiment on a rig of its own."""
     config = rig_config(case)
     recording = record(case, config)
-    used = slice(-round(PERIODS * PERIOD * case.rate_hz), None)
+    used = used_rows(case)
     identified, measured = identify(case, config, recording, used)
     joint = geometry(config)
     first = len(recording.angle) + used.start
@@ -107,6 +107,11 @@ def run(case: Case) -> Outcome:
         expansion_valid=valid_frequency(transmissions_of(mean), joint) >= TOP_EVALUATED_FREQUENCY,
         response=measured,
     )
+
+
+def used_rows(case: Case) -> slice:
+    """Rows of a recording in the periods that are evaluated, from its end."""
+    return slice(-round(PERIODS * PERIOD * case.rate_hz), None)
 
 
 def identify(case: Case, config: RigConfig, recording: Recording, used: slice) -> tuple[Identified, Response | None]:
