@@ -247,6 +247,14 @@ def test_the_end_of_a_sensor_fault_is_no_other_law(speed):
     assert hidden[-1] == 0.0
 
 
+def test_a_residual_that_comes_and_goes_within_the_decision_window_is_no_other_law():
+    parity = settled()
+    hidden = passing(parity, lambda t, _: np.where(abs(t - 1.1) < 0.1, 1.5, 0.0), begin=5.0, speed=0.75e-3, seconds=3.0)
+    assert parity.fault_size[0] > 0.0
+    assert hidden
+    assert not any(hidden)
+
+
 def test_a_transient_step_of_the_encoder_at_rest_is_no_other_law():
     parity, hidden = settled(), []
     t, x, force = at_rest(0.0, seconds=3.0)

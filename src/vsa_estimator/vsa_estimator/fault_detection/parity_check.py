@@ -144,27 +144,28 @@ class ParityCheck:
     def begin_fault(self) -> None:
         """Drop what is known of the last fault."""
         self.fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
-        self._recent_means: deque[tuple[float, float]] = deque(maxlen=PASSAGE)  # mean residual [N], deflection [m]
+        self._recent_means: deque[tuple[float, float, bool]] = deque(maxlen=PASSAGE)  # [N], deflection [m], not small
         self._passage = (math.inf, math.nan)  # slope of the mean residual [N/m] to the deflection [m] where it is small
 
     def measure_fault(self) -> None:
         """Take the size of the present fault, and where its residual becomes small, from the mean residuals.
 
-        The largest size counts. The slope is that over the decision window before the first small mean, infinite after
-        a step of the encoder.
+        The largest size counts. The slope is that over the decision window before the first small mean. It is infinite
+        after a step of the encoder, and where the mean was small at the begin of that window: the residual of another
+        law does not come and go.
         """
         if self._normalized(DECISION_WINDOW) > 1.0:
             self.fault_size = max(self.fault_size, (abs(self._mean), abs(self._mean) / self._stiffness))
         mean, deflection = self._mean, float(self._recent[1].mean())
         if math.isnan(mean):
             return
-        self._recent_means.append((mean, deflection))
+        self._recent_means.append((mean, deflection, self.is_inconsistent))
         if self.is_inconsistent:
             self._passage = math.inf, math.nan
         elif math.isnan(self._passage[1]):
-            last, position = self._recent_means[0]
-            stepped = position == deflection or self._rows.view[3].any()
-            self._passage = math.inf if stepped else (mean - last) / (deflection - position), deflection
+            last, position, inconsistent = self._recent_means[0]
+            passed = inconsistent and position != deflection and not self._rows.view[3].any()
+            self._passage = (mean - last) / (deflection - position) if passed else math.inf, deflection
 
     def fault_would_show(self, of_encoder: bool = True) -> bool:
         """Whether a shift of the force sensor, and `of_encoder` also of the encoder, of the fault's size would show.
