@@ -93,6 +93,14 @@ def test_a_fault_that_is_isolated_as_another_one_fails(text, sentence):
     assert acceptance([evaluate_fault(first, 10 * SECOND, [right, late], sources)])["isolated"]
 
 
+def test_a_fault_of_both_transmissions_is_isolated_whichever_message_arrives_first():
+    (both,) = fault_intervals([(10.0, parse("force noise -t 3 -v 10"))])
+    seconds = {"transmission_2": 10.2, "transmission_1": 10.1}
+    diagnostics = [Diagnostic(int(at * 1e9), f"{name}: force sensor noisy") for name, at in seconds.items()]
+    one = evaluate_fault(both, 10 * SECOND, diagnostics, {"joint": estimates()})
+    assert (one["wrongly_isolated"], one["diagnosed_after_s"]) == ("", 0.1)
+
+
 def test_a_late_diagnosis_and_a_missing_recovery_fail():
     first, _ = fault_intervals(EVENTS)
     late = Diagnostic(int(11.5e9), "transmission_1: force sensor stuck: x")

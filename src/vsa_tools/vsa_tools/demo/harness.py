@@ -33,6 +33,11 @@ SETTLE_S = 2.5  # [s] for the discovery between other processes, which this proc
 POLL_S = 0.1  # [s] of each spin while waiting for idleness
 IDLE_S = 1.5  # [s] without change that count as idle: 15 periods of the driver's counter topic
 
+TRANSITIONS = (  # with the state that each ends in
+    (Transition.TRANSITION_CONFIGURE, State.PRIMARY_STATE_INACTIVE),
+    (Transition.TRANSITION_ACTIVATE, State.PRIMARY_STATE_ACTIVE),
+)
+
 
 @dataclass(frozen=True)
 class ProcessSpec:
@@ -100,15 +105,18 @@ class ProcessHarness:
     def wait_until_active(self, *names: str) -> None:
         """Return when the nodes `names` are active. Raises ProcessError on an exited process or after READY_S."""
         for name in names:
-            self._until(partial(self._is_active, name), lambda name=name: f"{name} is not active")  # type: ignore[misc]
+            active = partial(self._is_in, name, State.PRIMARY_STATE_ACTIVE)
+            self._until(active, lambda name=name: f"{name} is not active")  # type: ignore[misc]
 
     def activate(self, name: str) -> None:
         """Configure and activate a node with `autostart` false. Raises ProcessError on failure."""
         client = self.node.create_client(ChangeState, f"{name}/change_state")
         self._until(client.service_is_ready, lambda: f"{name} does not answer")
-        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
-            answer = self._call(client, ChangeState.Request(transition=Transition(id=transition)), name)
-            if not answer.success:
+        for transition, state in TRANSITIONS:
+            answer = self._try_call(client, ChangeState.Request(transition=Transition(id=transition)))
+            if answer is None:
+                self._until(partial(self._is_in, name, state), lambda: f"{name} does not answer", ANSWER_S)
+            elif not answer.success:
                 raise ProcessError(f"{name} could not be started:\n{self.group[self._process_of[name]].tail()}")
         self.node.destroy_client(client)
 
@@ -194,13 +202,13 @@ class ProcessHarness:
     def _is_connected(self, topic: str, written: Sequence[str]) -> bool:
         return topic in written and self.node.count_subscribers(topic) > 0
 
-    def _is_active(self, name: str) -> bool:
+    def _is_in(self, name: str, state: int) -> bool:
         if name not in self._state_clients:
             self._state_clients[name] = self.node.create_client(GetState, f"{name}/get_state")
         if not self._state_clients[name].service_is_ready():
             return False
         answer = self._try_call(self._state_clients[name], GetState.Request())
-        return answer is not None and bool(answer.current_state.id == State.PRIMARY_STATE_ACTIVE)
+        return answer is not None and bool(answer.current_state.id == state)
 
     def _try_call(self, client: Any, request: Any) -> Any:
         """The answer, or None after RETRY_S: the answer to a client that is not yet matched can get lost."""
@@ -212,11 +220,6 @@ class ProcessHarness:
             return future.result()
         client.remove_pending_request(future)
         return None
-
-    def _call(self, client: Any, request: Any, name: str, limit: float = ANSWER_S) -> Any:
-        future = client.call_async(request)
-        self._until(future.done, lambda: f"{name} does not answer", limit)
-        return future.result()
 
     def _until(self, condition: Callable[[], bool], message: Callable[[], str], limit: float = READY_S) -> None:
         end = time.monotonic() + limit
