@@ -29,6 +29,7 @@ if line := missing_line():
 from host import suspended_time
 
 ONE_WORKER = "test/workspace/"  # takes longest, begins first
+ANY_WORKER = "test/vsa_tools/scenarios/test_injected_faults.py"  # 20 s each without a common fixture
 MAX_TRIALS = 4
 TEST_S = 240.0  # [s] of a test after which no further trial begins
 SESSION_S = 1200.0  # [s] for all further trials of a session
@@ -55,9 +56,11 @@ def pytest_xdist_make_scheduler(config, log):
     from xdist.scheduler import LoadFileScheduling
 
     class Scheduling(LoadFileScheduling):
-        """A file per worker, and one worker for the files that share an emulated machine."""
+        """A file per worker, one worker for the files that share an emulated machine, and any for some tests."""
 
         def _split_scope(self, nodeid):
+            if nodeid.startswith(ANY_WORKER):
+                return nodeid
             return ONE_WORKER if nodeid.startswith(ONE_WORKER) else super()._split_scope(nodeid)
 
     return Scheduling(config, log)
