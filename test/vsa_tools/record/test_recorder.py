@@ -2,6 +2,7 @@
 """The recorder as a process: orderly end on signals, readable bag after a crash."""
 
 import os
+import re
 import signal
 import subprocess
 import time
@@ -9,12 +10,17 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
 from rclpy.duration import Duration
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from vsa_common.io import bags
 from vsa_common.ros.node import RELIABLE
 from vsa_common.ros.subprocesses import executable
+from vsa_msgs.msg import CaptureCounters
 from vsa_tools.demo.isolation import claim_domain
 
 pytestmark = pytest.mark.live
@@ -81,6 +87,42 @@ def test_a_signal_closes_the_bag_with_every_message_in_it(node, tmp_path, number
     assert "0 dropped" in errors
     assert counted(tmp_path / "bag") == [float(k) for k in range(COUNT)]
     assert (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def test_forces_that_the_driver_has_published_and_that_do_not_arrive_are_counted(node, tmp_path):
+    bag, absent = tmp_path / "bag", 500
+    process = record(bag, "--ros-args", "-p", "flush_period:=0.1")
+    forces = node.create_publisher(WrenchStamped, "/vsa/transmission_1/force", RELIABLE)
+    counters = node.create_publisher(CaptureCounters, "/vsa/transmission_1/capture_counters", RELIABLE)
+    warnings = []
+    node.create_subscription(DiagnosticArray, "/diagnostics", lambda m: warnings.extend(not_received(m)), RELIABLE)
+    end, initial_size = time.monotonic() + 60.0, 0
+    while not initial_size or size(bag) <= initial_size:
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < end
+        initial_size = initial_size or size(bag)
+        forces.publish(WrenchStamped(header=Header(stamp=Time(sec=1))))
+        rclpy.spin_once(node, timeout_sec=0.01)
+    assert forces.wait_for_all_acked(Duration(seconds=10))
+    (received,) = (topic.messages for name, topic in bags.topics(bag).items() if name.endswith("_1/force"))
+    stamps = [Time(sec=2 + k) for k in range(absent + received)]
+    counters.publish(CaptureCounters(stamp=stamps, counter=list(range(len(stamps)))))
+    while not warnings:
+        assert time.monotonic() < end
+        rclpy.spin_once(node, timeout_sec=0.1)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert re.search(r"(\d+) forces not received", errors)[1] == warnings[-1]
+    assert int(warnings[-1]) == pytest.approx(absent, abs=100)  # forces that were on their way to the bag
+
+
+def not_received(message):
+    """Forces not received, by the warnings of the recorder."""
+    found = (status for status in message.status if status.name == "/vsa/recorder: recording")
+    return [
+        value.value for one in found if one.level != DiagnosticStatus.OK
+        for value in one.values if value.key == "forces_not_received"
+    ]  # fmt: skip
 
 
 def test_a_crash_loses_at_most_one_flush_period(node, tmp_path):

@@ -5,7 +5,7 @@ import argparse
 import importlib
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,9 +15,11 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 from vsa_common.config.configuration import ConfigurationError, quantity, string
 from vsa_common.io.bags import BagError, Recording
+from vsa_common.ros.cdr import read_counters, read_stamp
 from vsa_common.ros.node import ERROR, OK, STEADY, WARN, Health, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.terminal import Bar, progress
+from vsa_tools.record.missed import MissedForces
 from vsa_tools.record.spool import Spool
 from vsa_tools.topics import suite_topics
 
@@ -63,14 +65,16 @@ class RecorderNode(SuiteNode[RecorderConfig]):
             raise ConfigurationError(f"out = {str(path)!r}: {error}") from error
         self.spool = Spool(self._recording, config.queue_limit, config.flush_period, config.disk_reserve)
         self._started = True
-        self._reported = 0
+        self._reported = self._not_received = 0
+        self._missed: dict[str, MissedForces] = {}  # by transmission
         self._missing = {topic for topic in config.topics if topic}
         self._recorded: list[Any] = []
         for topic, type_name in suite_topics(self.get_namespace()).items():
-            self._subscribe(topic, type_name)
+            self._subscribe(topic, type_name, self._callback_of(topic))
         self._own_timers = [self.create_timer(DISCOVERY_PERIOD_S, self._discover, clock=STEADY)]
 
     def stop(self) -> None:
+        self._update_missed()
         for timer in self._own_timers:
             self.destroy_timer(timer)
         for subscription in self._recorded:
@@ -93,7 +97,9 @@ class RecorderNode(SuiteNode[RecorderConfig]):
 
     def _health_of_recording(self) -> Health:
         spool = self.spool
+        not_received = self._update_missed()
         values = {"messages": spool.written, "dropped": spool.dropped, "longest_queue": spool.longest_queue}
+        values["forces_not_received"] = self._not_received
         if spool.failure:
             return ERROR, spool.failure, values
         before, self._reported = self._reported, spool.dropped
@@ -103,12 +109,35 @@ class RecorderNode(SuiteNode[RecorderConfig]):
                 f"the disk is too slow: {spool.dropped - before} messages dropped in the last second",
                 values,
             )
+        if not_received:
+            return WARN, f"this computer is too slow: {not_received} forces more were not received", values
         return OK, f"recording to {self._recording.path}", values
 
-    def _subscribe(self, topic: str, type_name: str) -> None:
+    def _update_missed(self) -> int:
+        """Forces not received that were not counted before."""
+        before = self._not_received
+        self._not_received = max(before, sum(one.update() for one in self._missed.values()))
+        return self._not_received - before
+
+    def _subscribe(self, topic: str, type_name: str, callback: Callable[[bytes], None]) -> None:
         self._recording.add(topic, type_name)
-        callback = partial(self._on_message, topic)
         self._recorded.append(self.create_subscription(message_class(type_name), topic, callback, self._qos, raw=True))
+
+    def _callback_of(self, topic: str) -> Callable[[bytes], None]:
+        """Callback for a topic of the suite; forces and the driver's list of samples are counted, too."""
+        transmission, _, name = topic.rpartition("/")
+        counted = {"force": self._on_force, "capture_counters": self._on_counters}.get(name)
+        if counted is None:
+            return partial(self._on_message, topic)
+        return partial(counted, topic, self._missed.setdefault(transmission, MissedForces()))
+
+    def _on_force(self, topic: str, missed: MissedForces, data: bytes) -> None:
+        missed.add_force(read_stamp(data))
+        self._on_message(topic, data)
+
+    def _on_counters(self, topic: str, missed: MissedForces, data: bytes) -> None:
+        missed.add_listed(read_counters(data)[0])
+        self._on_message(topic, data)
 
     def _on_message(self, topic: str, data: bytes) -> None:
         self.spool.put(topic, time.time_ns(), data)
@@ -123,7 +152,9 @@ class RecorderNode(SuiteNode[RecorderConfig]):
         if not self._started:
             return "ended before the recording began"
         spool = self.spool
-        return f"{spool.written} messages in {self._recording.path}, {spool.dropped} dropped {spool.failure}".rstrip()
+        missed = f", {self._not_received} forces not received: this computer is too slow" if self._not_received else ""
+        text = f"{spool.written} messages in {self._recording.path}, {spool.dropped} dropped{missed} {spool.failure}"
+        return text.rstrip()
 
     def _discover(self) -> None:
         self._bar.advance(0.0, f"{self.spool.written} messages, {self.spool.dropped} dropped")
@@ -133,7 +164,7 @@ class RecorderNode(SuiteNode[RecorderConfig]):
             if topic in self._missing:
                 self._missing.discard(topic)
                 try:
-                    self._subscribe(topic, types[0])
+                    self._subscribe(topic, types[0], partial(self._on_message, topic))
                 except (BagError, ImportError, AttributeError) as error:
                     self.get_logger().error(f"{topic} is not recorded: {error}")
 
