@@ -1,32 +1,49 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Forces that the driver has listed and the recorder has not received."""
 
-from vsa_tools.record.missed import MissedForces
+import pytest
+from vsa_tools.record.missed import SETTLING_NS, MissedForces
 
 
-def test_forces_listed_before_the_last_update_and_not_received_are_missed():
-    missed = MissedForces()
-    for stamp_ns in (10, 20, 50):
+@pytest.fixture
+def missed():
+    """After the first list; stamps from SETTLING_NS + 1 on count."""
+    one = MissedForces()
+    one.add_listed([0])
+    return one
+
+
+def stamps(*numbers):
+    return [SETTLING_NS + number for number in numbers]
+
+
+def test_forces_listed_before_the_last_update_and_not_received_are_missed(missed):
+    for stamp_ns in stamps(1, 2, 5):
         missed.add_force(stamp_ns)
-    missed.add_listed([10, 20, 30])
-    missed.add_listed([40, 50])
+    missed.add_listed(stamps(1, 2, 3))
+    missed.add_listed(stamps(4, 5))
     assert missed.update() == 0  # they may still be on their way
     assert missed.update() == 2
 
 
-def test_samples_from_before_the_first_received_force_are_not_missed():
-    missed = MissedForces()
-    missed.add_listed([1, 2])
-    missed.add_force(30)
-    missed.add_listed([10, 20, 30])
+def test_forces_received_after_the_list_do_not_replace_missed_ones(missed):
+    missed.add_listed(stamps(1, 2, 3))
+    missed.update()
+    for stamp_ns in stamps(3, 4, 5, 6):
+        missed.add_force(stamp_ns)
+    assert missed.update() == 2
+
+
+def test_samples_until_a_second_after_the_first_list_are_not_missed(missed):
+    missed.add_listed(stamps(-2, -1, 0))
     missed.update()
     assert missed.update() == 0
 
 
-def test_a_force_that_arrives_late_is_not_missed():
-    missed = MissedForces()
-    missed.add_force(10)
-    missed.add_listed([10, 20])
+def test_a_force_that_arrives_late_is_missed_until_then(missed):
+    missed.add_listed(stamps(1, 2))
     missed.update()
-    missed.add_force(20)
+    assert missed.update() == 2
+    missed.add_force(stamps(1)[0])
+    missed.add_force(stamps(2)[0])
     assert missed.update() == 0

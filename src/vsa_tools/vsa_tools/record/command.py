@@ -114,10 +114,9 @@ class RecorderNode(SuiteNode[RecorderConfig]):
         return OK, f"recording to {self._recording.path}", values
 
     def _update_missed(self) -> int:
-        """Forces not received that were not counted before."""
-        before = self._not_received
-        self._not_received = max(before, sum(one.update() for one in self._missed.values()))
-        return self._not_received - before
+        """Forces not received that were not counted before; one that arrives late is counted until then."""
+        before, self._not_received = self._not_received, sum(one.update() for one in self._missed.values())
+        return max(0, self._not_received - before)
 
     def _subscribe(self, topic: str, type_name: str, callback: Callable[[bytes], None]) -> None:
         self._recording.add(topic, type_name)
