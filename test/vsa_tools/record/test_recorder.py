@@ -89,17 +89,16 @@ def test_a_signal_closes_the_bag_with_every_message_in_it(node, tmp_path, number
 def test_forces_that_the_driver_has_published_and_that_do_not_arrive_are_counted(node, tmp_path):
     bag, absent = tmp_path / "bag", 500
     process = record(bag, "--ros-args", "-p", "flush_period:=0.1")
-    counters = node.create_publisher(CaptureCounters, "/vsa/transmission_1/capture_counters", RELIABLE)
-    warnings = []
+    topic, end, warnings = "/vsa/transmission_1/capture_counters", time.monotonic() + 60.0, []
+    counters = node.create_publisher(CaptureCounters, topic, RELIABLE)
     node.create_subscription(DiagnosticArray, "/diagnostics", lambda m: warnings.extend(not_received(m)), RELIABLE)
-    end, initial_size = time.monotonic() + 60.0, 0
-    while not initial_size or size(bag) <= initial_size:
+    while not size(bag) or not next(bags.read(bag, [topic]), None):
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < end
-        initial_size = initial_size or size(bag)
         counters.publish(CaptureCounters(stamp=[Time(sec=1)], counter=[0]))
-        rclpy.spin_once(node, timeout_sec=0.01)
-    counters.publish(CaptureCounters(stamp=[Time(sec=10 + k) for k in range(absent)], counter=list(range(absent))))
+        rclpy.spin_once(node, timeout_sec=0.05)
+    stamps = [*(Time(sec=10, nanosec=1_000_000 * k) for k in range(absent)), Time(sec=20)]
+    counters.publish(CaptureCounters(stamp=stamps, counter=list(range(len(stamps)))))
     while not warnings:
         assert time.monotonic() < end
         rclpy.spin_once(node, timeout_sec=0.1)

@@ -8,8 +8,8 @@ stamps of its samples in `capture_counters`, at a low rate.
 from collections import deque
 from collections.abc import Sequence
 
-SETTLING_NS = 1_000_000_000  # [ns] after the first list, in which forces of before it may have arrived
-MAX_WAITING = 100_000  # received forces without a list: 100 s at 1 kHz
+SETTLING_NS = 1_000_000_000  # [ns] in which a force and its list may overtake each other
+MAX_WAITING = 100_000  # stamps of forces, and of lists: 100 s at 1 kHz
 
 
 class MissedForces:
@@ -18,15 +18,14 @@ class MissedForces:
     def __init__(self) -> None:
         """No list yet."""
         self._begin_ns: int | None = None
-        self._waiting: deque[int] = deque(maxlen=MAX_WAITING)  # stamps [ns] of received forces, in ascending order
-        self._received = 0  # of the listed ones
-        self._listed = self._listed_before = 0  # now, and at the last `update`
-        self._end_ns = self._end_before_ns = 0  # last listed stamp [ns], likewise
+        self._forces: deque[int] = deque(maxlen=MAX_WAITING)  # stamps [ns] in ascending order, not yet compared
+        self._samples: deque[int] = deque(maxlen=MAX_WAITING)  # likewise, of the lists
+        self._missed = 0
 
     def add_force(self, stamp_ns: int) -> None:
         """A force was received, with this stamp [ns]."""
         if self._begin_ns is not None and stamp_ns > self._begin_ns:
-            self._waiting.append(stamp_ns)
+            self._forces.append(stamp_ns)
 
     def add_listed(self, stamps_ns: Sequence[int]) -> None:
         """The driver has published the samples with these stamps [ns]."""
@@ -34,14 +33,19 @@ class MissedForces:
             return
         if self._begin_ns is None:
             self._begin_ns = stamps_ns[-1] + SETTLING_NS
-        self._listed += sum(stamp_ns > self._begin_ns for stamp_ns in stamps_ns)
-        self._end_ns = stamps_ns[-1]
+        self._samples.extend(stamp_ns for stamp_ns in stamps_ns if stamp_ns > self._begin_ns)
 
     def update(self) -> int:
-        """Missed forces among the samples listed before the last call; the later ones may still be on their way."""
-        while self._waiting and self._waiting[0] <= self._end_before_ns:
-            self._waiting.popleft()
-            self._received += 1
-        missed = max(0, self._listed_before - self._received)
-        self._listed_before, self._end_before_ns = self._listed, self._end_ns
-        return missed
+        """Missed forces among all samples that are older by SETTLING_NS than the last one."""
+        if self._samples:
+            until_ns = self._samples[-1] - SETTLING_NS
+            self._missed += _drop(self._samples, until_ns) - _drop(self._forces, until_ns)
+        return max(0, self._missed)
+
+
+def _drop(stamps_ns: deque[int], until_ns: int) -> int:
+    """Remove the stamps up to an instant [ns]; their number."""
+    before = len(stamps_ns)
+    while stamps_ns and stamps_ns[0] <= until_ns:
+        stamps_ns.popleft()
+    return before - len(stamps_ns)

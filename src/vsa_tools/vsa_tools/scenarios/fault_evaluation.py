@@ -81,8 +81,8 @@ def evaluate_fault(
     failure = interval.failure
     pattern = re.compile(DIAGNOSES[failure.kind].format(component=failure.component))
     window_ns = int((interval.until - interval.begin) * 1e9)
-    within = [d for d in diagnostics if 0 <= d.stamp_ns - begin_ns < window_ns]
-    within.sort(key=lambda d: d.stamp_ns)  # messages of two nodes arrive in any order
+    by_time = sorted(diagnostics, key=lambda d: d.stamp_ns)  # messages of two nodes arrive in any order
+    within = [d for d in by_time if 0 <= d.stamp_ns - begin_ns < window_ns]
     matches = [d for d in within if pattern.search(d.text) and is_of(failure.instance, d.text)]
     end_ns = matches[0].stamp_ns if matches else begin_ns + window_ns
     other = [d for d in within if d.stamp_ns < end_ns and ISOLATION.search(d.text)]
