@@ -25,6 +25,8 @@ RATE = 250
 INITIALIZATION = 14.0  # [s] of motion before the first command
 RECOVERY = 90.0  # [s] until control is active again at most, with queued messages on a busy machine
 SOFT, STIFF, PERIOD = 1.0, 1.4, 1.0  # [N m/rad, s] alternating commands, so that the motors move
+COMMAND_PERIOD = 0.02  # [s]
+COMMAND_GAP = 0.2  # [s] between two commands of this process above which control may stop: timeout 0.5 s, and transport
 MOVED = 0.02  # [rad] minimum difference of motor commands that move the motors
 CONTROLLER = ProcessSpec("stiffness_controller", "vsa_joint", "stiffness_controller")
 SUITE = (*(one for one in PROCESSES if one.name != "recorder"), CONTROLLER)
@@ -36,20 +38,26 @@ class Lab:
     def __init__(self, harness):
         self.harness, self.commanding = harness, False
         self.statuses, self.joints, self.motors = [], [], []
-        self.commanded_at = 0.0  # this process may be late with its commands, too
+        self.commanded_at = self.gap_at = 0.0  # this process may be late with its commands, too
         subscribe = harness.node.create_subscription
         subscribe(DiagnosticStatus, "stiffness_controller/status", lambda m: self.statuses.append((now(), m)), RELIABLE)
         subscribe(JointImpedance, "joint_impedance", lambda m: self.joints.append((now(), m)), RELIABLE)
         subscribe(JointState, "motor_commands", lambda m: self.motors.append((now(), tuple(m.position))), RELIABLE)
         self.commands = harness.node.create_publisher(StiffnessCommand, "stiffness_command", RELIABLE)
         self.failure = harness.node.create_client(InjectFailure, "rig_simulator/failure")
-        harness.node.create_timer(0.02, self.command, clock=STEADY)
+        harness.node.create_timer(COMMAND_PERIOD, self.command, clock=STEADY)
 
     def command(self):
         if self.commanding:
             stiffness = SOFT if int(now() / PERIOD) % 2 else STIFF
             self.commands.publish(StiffnessCommand(stiffness=stiffness))
+            self.update_gap()
             self.commanded_at = now()
+
+    def update_gap(self):
+        """Keep the instant of the last gap between the commands."""
+        if now() - self.commanded_at > COMMAND_GAP:
+            self.gap_at = now()
 
     def until(self, condition, seconds=20.0):
         end = now() + seconds
@@ -58,10 +66,12 @@ class Lab:
             self.harness.spin(0.005)
 
     def is_active(self):
-        """Whether control is active and has moved the motors since."""
+        """Whether control is active and has moved the motors since, without a gap between the commands."""
+        self.update_gap()
         active = [at for at, status in self.statuses if status.message == "active"]
         held = [at for at, status in self.statuses if status.level == DiagnosticStatus.ERROR]
-        return bool(active) and (not held or active[-1] > held[-1]) and now() - active[-1] > 1.5 * PERIOD
+        since = now() - 1.5 * PERIOD
+        return bool(active) and (not held or active[-1] > held[-1]) and max(active[-1], self.gap_at) < since
 
     def resume(self):
         self.commanding = True
