@@ -2,6 +2,7 @@
 """State of the preprocessing pipeline: nested records as views, and its reset."""
 
 import numpy as np
+import pytest
 from vsa_estimator.preprocessing.pipeline import Pipeline, preprocess
 from vsa_estimator.preprocessing.sensor_flags import SensorFlag
 from vsa_estimator.preprocessing.validation import ACCEPT, DROP
@@ -45,6 +46,23 @@ def test_an_outlier_of_each_sensor_raises_its_flag_and_leaves_the_block():
     assert flags[45] == SensorFlag.DEFLECTION_OUTLIER
     assert sum(block.samples - block.forces for block in blocks) == 0
     assert [(block.samples, block.forces) for block in blocks if block.samples < 10][-1] == (8, 8)
+
+
+@pytest.mark.parametrize("counted", [True, False])
+def test_samples_that_arrive_together_are_a_burst_unless_the_sample_clock_gives_their_instants(counted):
+    pipeline, rows = Pipeline(EstimatorConfig()), samples(9000)
+    flags = 0
+    if counted:
+        pipeline.count_lost(0)
+    for k, (stamp_ns, force, deflection) in enumerate(rows):
+        arrival_ns = stamp_ns
+        for length, every in ((10, 100), (300, 3000)):  # [samples] late at the end of each interval
+            if k % every >= every - length:
+                arrival_ns = max(arrival_ns, stamp_ns + MS * (every - k % every) - 20_000 * (every - k % every))
+        _, flagged, _, _ = preprocess(pipeline.state, arrival_ns, force, deflection)
+        flags |= flagged if k > 5000 else 0
+    assert bool(flags & SensorFlag.BURST) is not counted
+    assert bool(flags & SensorFlag.TIMING_SUSPECT) is not counted
 
 
 def test_reset_restores_the_initial_state_but_late_stamps_stay_late():

@@ -117,6 +117,32 @@ def test_an_overload_of_two_seconds_affects_no_instant_where_lost_samples_are_co
     assert np.abs(error[3000:]).max() < 1e-2 * np.max(stamp - taken)
 
 
+def test_an_overload_beyond_the_window_affects_no_instant_where_lost_samples_are_counted():
+    taken = np.arange(20000) / 500
+    lag = np.interp(taken, [14.0, 20.0, 22.0, 25.0, 27.0], [0.0, 2.3, 1.7, 2.6, 0.0])
+    batch = np.searchsorted(np.cumsum(np.random.default_rng(3).integers(1, 40, 2000)), np.arange(taken.size))
+    last = np.flatnonzero(np.diff(batch, append=-1))[np.unique(batch, return_inverse=True)[1]]
+    stamp = np.where(lag > 0.0, taken[last] + lag[last] + 2e-5 * np.arange(taken.size) % 0.5e-3, delayed(taken))
+    stamp = np.maximum.accumulate(stamp) + 1e-8 * np.arange(taken.size)
+    corrected = instants(stamp, taken, lost=np.zeros(taken.size, int))
+    assert np.abs(corrected - taken)[3000:].max() < 1e-3
+
+
+@pytest.mark.parametrize("rate", [100, 500, 1000])
+def test_a_lower_sample_rate_is_not_a_delay_where_lost_samples_are_counted(rate):
+    taken = np.concatenate([np.arange(20 * rate) / rate, 20.0 + np.arange(5 * rate) * 2.0 / rate])
+    error = instants(delayed(taken, delay_rate=4.0), taken, lost=np.zeros(taken.size, int)) - taken
+    assert np.percentile(np.abs(error[23 * rate :]), 90.0) < 2e-4
+
+
+def test_a_delay_of_all_samples_that_lasts_is_a_change_of_phase_where_lost_samples_are_counted():
+    taken = np.arange(30000) / 500
+    stamp = delayed(taken) + 0.1 * (taken > 20.0)
+    error = instants(stamp, taken, lost=np.zeros(taken.size, int)) - taken
+    assert np.abs(error[(taken > 10.0) & (taken < 40.0)]).max() < 1e-3
+    assert np.abs(error[taken > 45.0] - 0.1).max() < 1e-3
+
+
 @pytest.mark.parametrize("rate", [100, 1000])
 def test_true_stamps_are_unchanged_even_or_uneven_with_or_without_losses(rate):
     rng = np.random.default_rng(4)

@@ -23,14 +23,17 @@ from vsa_estimator.tuning.preprocessing import (
     JITTER_WINDOW,
     LOCKED_DRIFT,
     LOCKED_GAIN,
+    MAX_GAP_NS,
     MAX_INTERVAL_NS,
     MAX_IRREGULAR,
     MAX_JITTER,
     MAX_LOOP_WINDOW,
+    MAX_OVERLOAD_NS,
     MIN_JITTER,
     MIN_LOOP_WINDOW,
     MIN_PERIOD_RATIO,
     MISCOUNT_ADVANCE,
+    OVERLOAD_DELAY,
     PERIOD_WINDOW,
 )
 
@@ -50,10 +53,11 @@ def update_clock(clock: Any, stamp_ns: int) -> float:
     """
     step = stamp_ns - clock["last_stamp_ns"]
     clock["last_stamp_ns"] = stamp_ns
-    if clock["irregular_count"] > MAX_IRREGULAR:
+    overdue = clock["window_count"] - clock["window"]
+    if clock["irregular_count"] > MAX_IRREGULAR or overdue > MAX_OVERLOAD_NS / clock["period_ns"]:
         clock["period_ns"], clock["interval_count"] = np.inf, 0.0
         synchronise(clock, stamp_ns)
-    elif not 0.0 <= step <= MAX_INTERVAL_NS:
+    elif not 0.0 <= step <= (MAX_GAP_NS if clock["is_counted"] else MAX_INTERVAL_NS):
         clock["queued"] = step / clock["period_ns"] if 0.0 < step < np.inf else 0.0
         synchronise(clock, stamp_ns)
     elif clock["queued"] >= 1.0 and step < CATCH_UP_RATIO * clock["period_ns"]:
@@ -65,8 +69,7 @@ def update_clock(clock: Any, stamp_ns: int) -> float:
     else:
         update_jitter(clock, step)
         passed = elapsed_periods(clock, stamp_ns, step)
-        irregular = clock["irregular_count"]
-        clock["irregular_count"] = max(0.0, irregular - IRREGULAR_RECOVERY) if passed == 1.0 else irregular + 1.0
+        count_irregular(clock, step / clock["period_ns"], passed)
         expected = clock["instant_ns"] + passed * clock["period_ns"]
         delay = stamp_ns - expected
         clock["instant_ns"] = min(expected, stamp_ns)
@@ -109,6 +112,21 @@ def update_jitter(clock: Any, step: float) -> None:
 
 
 @compiled
+def count_irregular(clock: Any, interval: float, passed: float) -> None:
+    """Count the samples that show another rate: by an `interval` [periods] in which so many have `passed`.
+
+    Where the driver counts, all of the intervals are longer then; delayed samples catch up.
+    """
+    count, longer = clock["irregular_count"], interval - passed
+    if clock["is_counted"] and longer < -MAX_JITTER:
+        clock["irregular_count"] = 0.0
+    elif longer > MAX_JITTER if clock["is_counted"] else passed != 1.0:
+        clock["irregular_count"] = count + 1.0
+    else:
+        clock["irregular_count"] = max(0.0, count - IRREGULAR_RECOVERY)
+
+
+@compiled
 def count_relock(clock: Any, delay: float) -> None:
     """Count a return from a delay [ns] with catch-up: it proves a sample clock behind the stamps."""
     if delay > 1.5 * clock["period_ns"]:
@@ -131,11 +149,18 @@ def correct_phase(clock: Any, delay: float) -> None:
     clock["window_count"] += 1.0
     if clock["window_count"] < clock["window"]:
         return
+    if clock["window"] > MAX_LOOP_WINDOW:
+        latest = OVERLOAD_DELAY * clock["period_ns"] - clock["advance_ns"]
+        if min_delay[1] > latest:  # an overload: the window lasts until it ends
+            return
+        if min_delay[0] > latest:
+            begin_window(clock)
+            return
     window, drift = clock["window"], min_delay[1] - min_delay[0]
     locked = abs(drift) < LOCKED_DRIFT * clock["period_ns"]
     if not clock["is_miscounted"] or window == MIN_LOOP_WINDOW:
         clock["instant_ns"] += max(0.0, min_delay[1] + clock["advance_ns"])
-        period = clock["period_ns"] + (LOCKED_GAIN if locked else 1.0) * drift / (0.5 * window)
+        period = clock["period_ns"] + (LOCKED_GAIN if locked else 1.0) * drift / (0.5 * clock["window_count"])
         clock["period_ns"] = max(period, MIN_PERIOD_RATIO * clock["period_ns"])
     longest = COUNTED_LOOP_WINDOW if clock["is_counted"] else MAX_LOOP_WINDOW
     clock["window"] = min(2.0 * window, longest) if locked else max(0.5 * window, MIN_LOOP_WINDOW)

@@ -44,7 +44,7 @@ def preprocess(state: NDArray[Any], stamp_ns: int, force: float, deflection: flo
     decimator = now["decimator"]
     instant_ns = corrected_stamp(now["timestamps"], stamp_ns, deflection)
     flags = check_sensors(
-        now["checks"], now["limits"], stamp_ns, force, deflection, now["beyond_peak_speed"], decimator["period_ns"]
+        now["checks"], now["limits"], instant_ns, force, deflection, now["beyond_peak_speed"], decimator["period_ns"]
     )
     force_usable, deflection_usable = flags & EXCLUDE_FROM_UPDATE == 0, True
     if is_decimating(decimator["period_ns"], decimator["span_ns"]):
