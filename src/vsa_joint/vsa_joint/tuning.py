@@ -153,6 +153,10 @@ STATE_TIMEOUT_NS = _constant("STATE_TIMEOUT_NS", 250_000_000, "ns", 1_000_000, 1
     "Timeout of the estimators' states.",
     "derivation: twelve periods at 50 Hz; the identified springs vary slowly",
 )  # fmt: skip
+LAW_TIMEOUT_NS = _constant("LAW_TIMEOUT_NS", 1_000_000_000, "ns", 1_000_000, 10**10,
+    "Timeout of the estimators' states while the joint's stiffness is valid: they give the laws alone then.",
+    "derivation: `law_drift` changes a law by 2 % in this time; twice the longest delay of 0.5 s beside a busy loop",
+)  # fmt: skip
 MAX_FUTURE_NS = _constant("MAX_FUTURE_NS", 100_000_000, "ns", 1_000_000, 10**10,
     "Stamps further in the future are of a clock that is not synchronized: their age is not observable.",
     "engineering choice: equals MEASUREMENT_TIMEOUT_NS",

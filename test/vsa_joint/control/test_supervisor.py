@@ -248,6 +248,15 @@ def test_a_late_input_before_a_valid_law_is_no_control(topic):
     assert Mode.FEED_FORWARD not in {row[1] for row in out}
 
 
+@pytest.mark.parametrize(("valid", "limit"), [(True, 1.0), (False, 0.25)])
+def test_a_silent_estimator_state_holds_later_while_the_stiffness_is_valid(valid, limit):
+    feed, joint = active(), replace(GOOD, stiffness_valid=valid)
+    since = feed.now
+    delay, reason = first_hold(feed, feed.run(1200, joint=joint, silent=("springs",)), since)
+    assert 1e3 * limit - 20.0 <= delay <= 1e3 * limit
+    assert reason.startswith("transmission_1/estimator_state silent")
+
+
 def test_a_silent_joint_holds_with_the_names_of_the_silent_estimators():
     feed = active()
     _, reason = first_hold(feed, feed.run(100, silent=("joint", "springs")), feed.now)

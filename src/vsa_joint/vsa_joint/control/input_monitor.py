@@ -9,6 +9,7 @@ from vsa_joint.control.records import Fault, Inputs, JointMeasurement
 from vsa_joint.control.springs import Spring, Springs
 from vsa_joint.settings import ControlConfig
 from vsa_joint.tuning import (
+    LAW_TIMEOUT_NS,
     MAX_FUTURE_NS,
     MEASUREMENT_TIMEOUT_NS,
     MIN_TRANSMISSION_FORCE,
@@ -63,10 +64,12 @@ class InputMonitor:
         age = self._age_fault("motor_states", inputs.motors_ns, MEASUREMENT_TIMEOUT_NS, inputs, now_ns, by_stamp_ns)
         if inputs.motors is None or age:
             return age or Fault("motor_states silent", "motor_states")
-        springs = inputs.springs if joint.stiffness_valid or law is None else law
+        springs, state_timeout_ns = inputs.springs, LAW_TIMEOUT_NS
+        if not joint.stiffness_valid:  # the states contain the faults of the sensors
+            springs, state_timeout_ns = law or springs, STATE_TIMEOUT_NS
         for number, spring, arrival in zip((1, 2), springs, inputs.springs_ns, strict=True):
             name = f"transmission_{number}/estimator_state"
-            age = self._age_fault(name, arrival, STATE_TIMEOUT_NS, inputs, now_ns)
+            age = self._age_fault(name, arrival, state_timeout_ns, inputs, now_ns)
             if spring is None or age:
                 return age or Fault(f"{name} silent", name)
             force = self._force_fault(number, 2.0 * joint.tension[number - 1], spring, now_ns)
