@@ -42,7 +42,7 @@ MAX_LOOP_WINDOW = _constant("MAX_LOOP_WINDOW", 256.0, "samples", 64.0, 1024.0,
     "In lock: a minimum delay of many samples is nearly free of delay; time constant of the share off the grid", "ablation")  # fmt: skip
 COUNTED_LOOP_WINDOW = _constant("COUNTED_LOOP_WINDOW", 4096.0, "samples", 256.0, 32768.0,
     "The same where the driver counts lost samples: all samples of a shorter window may be delayed", "docs/decisions/0006-timestamps.md")  # fmt: skip
-OVERLOAD_DELAY = _constant("OVERLOAD_DELAY", 0.5, "periods", 0.5, 10.0,
+OVERLOAD_DELAY = _constant("OVERLOAD_DELAY", 0.5, "periods", 0.3, 5.0,
     "Delay of all samples of half a window that is an overload of the host where lost samples are counted: a loop in lock drifts by less",
     "docs/decisions/0006-timestamps.md")  # fmt: skip
 MAX_OVERLOAD_NS = _constant("MAX_OVERLOAD_NS", 20e9, "ns", 2e9, 200e9,
