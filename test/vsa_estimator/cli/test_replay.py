@@ -105,6 +105,32 @@ def test_a_bag_gives_the_estimates_of_the_live_estimator(tmp_path, samples):
     assert summary["transmission_2"]["rows_used"] == summary["transmission_2"]["rows_read"] == len(samples.force)
 
 
+def write_counted(path, samples, stamp_ns, numbers):
+    """A bag of samples [ns, N, m], with sequence numbers of the stamps (n,) [ns]."""
+    recording = bags.Recording(path)
+    topics = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState",
+              "capture_counters": "vsa_msgs/msg/CaptureCounters"}  # fmt: skip
+    for name, kind in topics.items():
+        recording.add(f"/vsa/transmission_1/{name}", kind)
+    for sample in samples:
+        for name, message in zip(topics, messages(*sample), strict=False):
+            recording.write(f"/vsa/transmission_1/{name}", sample[0], serialize_message(message))
+    for part in np.array_split(np.arange(len(numbers)), 20):
+        batch = write_counters("transmission_1", stamp_ns[part].tolist(), numbers[part].tolist())
+        recording.write("/vsa/transmission_1/capture_counters", int(stamp_ns[part[-1]]), batch)
+    recording.close()
+
+
+def test_samples_that_a_bag_lacks_are_lost(tmp_path):
+    data = record(TRANSMISSION_1, MULTISINE, 4.0)
+    kept = np.flatnonzero(np.random.default_rng(3).uniform(size=len(data.force)) > 0.4)
+    numbers = 1000 + np.arange(len(data.force)) + 5 * (np.arange(len(data.force)) >= kept[50])  # 5 lost on the bus
+    samples = [(int(data.stamp_ns[k]), float(data.force[k]), float(data.deflection[k])) for k in kept]
+    write_counted(tmp_path / "bag", samples, np.asarray(data.stamp_ns), numbers)
+    (read,) = read_recordings(tmp_path / "bag")
+    np.testing.assert_array_equal(read.lost, np.diff(numbers[kept], prepend=999) - 1)
+
+
 def test_samples_that_the_driver_counts_as_lost_are_used_as_live(tmp_path):
     """Stamps of a host that delays them by up to 60 ms, every hundredth sample lost on the bus."""
     data, rng = record(TRANSMISSION_1, MULTISINE, SECONDS), np.random.default_rng(3)
@@ -118,21 +144,12 @@ def test_samples_that_the_driver_counts_as_lost_are_used_as_live(tmp_path):
     estimator, gaps, expected = Estimator(EstimatorConfig()), SequenceGaps(), []
     estimator.count_lost(0)
     gaps.add(stamp_ns.tolist(), received.tolist())
-    recording = bags.Recording(tmp_path / "bag")
-    topics = {"force": "geometry_msgs/msg/WrenchStamped", "encoder": "sensor_msgs/msg/JointState",
-              "capture_counters": "vsa_msgs/msg/CaptureCounters"}  # fmt: skip
-    for name, kind in topics.items():
-        recording.add(f"/vsa/transmission_1/{name}", kind)
-    for sample in zip(stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True):
+    samples = list(zip(stamp_ns.tolist(), force.tolist(), deflection.tolist(), strict=True))
+    for sample in samples:
         if lost := gaps.lost_before(sample[0]):
             estimator.count_lost(lost)
         expected.append(estimator.add(*sample))
-        for name, message in zip(topics, messages(*sample), strict=False):
-            recording.write(f"/vsa/transmission_1/{name}", sample[0], serialize_message(message))
-    for part in np.array_split(np.arange(len(received)), 20):
-        batch = write_counters("transmission_1", stamp_ns[part].tolist(), received[part].tolist())
-        recording.write("/vsa/transmission_1/capture_counters", int(stamp_ns[part[-1]]), batch)
-    recording.close()
+    write_counted(tmp_path / "bag", samples, stamp_ns, received)
     assert main([str(tmp_path / "bag"), "--out", str(tmp_path / "out")]) == 0
     assert_same(tmp_path / "out/transmission_1.csv", expected)
     (without,) = read_recordings(write_csv(tmp_path / "run.csv", data))

@@ -164,13 +164,15 @@ class _Decoder:
         self._counted[1].extend(sequence)
 
     def lost_before(self, stamp_ns: NDArray[np.int64]) -> NDArray[np.int64] | None:
-        """Samples lost before each of the stamps (n,) [ns], by the gaps in the sequence numbers; None without them."""
+        """Samples lost before each stamp (n,) [ns]: missing numbers, and numbers without a sample; None without any."""
         stamps, sequence = (np.array(column, np.int64) for column in self._counted)
         if not len(stamps):
             return None
         gaps, lost = np.diff(sequence) - 1, np.zeros(len(stamp_ns) + 1, np.int64)
         found = np.flatnonzero(gaps > 0)
-        np.add.at(lost, np.searchsorted(np.maximum.accumulate(stamp_ns), stamps[found + 1]), gaps[found])
+        increasing = np.maximum.accumulate(stamp_ns)
+        np.add.at(lost, np.searchsorted(increasing, stamps[found + 1]), gaps[found])
+        np.add.at(lost, np.searchsorted(increasing, stamps[~np.isin(stamps, stamp_ns)]), 1)
         return lost[:-1]
 
     def _decode_pending(self) -> None:
