@@ -118,12 +118,12 @@ def count_irregular(clock: Any, interval: float, passed: float) -> None:
     Where the driver counts, all of the intervals are longer then; delayed samples catch up.
     """
     count, longer = clock["irregular_count"], interval - passed
+    irregular = longer > MAX_JITTER if clock["is_counted"] else passed != 1.0
     if clock["is_counted"] and longer < -MAX_JITTER:
-        clock["irregular_count"] = 0.0
-    elif longer > MAX_JITTER if clock["is_counted"] else passed != 1.0:
-        clock["irregular_count"] = count + 1.0
+        count = 0.0
     else:
-        clock["irregular_count"] = max(0.0, count - IRREGULAR_RECOVERY)
+        count = count + 1.0 if irregular else max(0.0, count - IRREGULAR_RECOVERY)
+    clock["irregular_count"] = count
 
 
 @compiled
@@ -139,7 +139,10 @@ def count_relock(clock: Any, delay: float) -> None:
 
 @compiled
 def correct_phase(clock: Any, delay: float) -> None:
-    """Phase-locked loop: at the end of a window correct phase and period by the minimum delays [ns] of its halves."""
+    """Phase-locked loop: at the end of a window correct phase and period by the minimum delays [ns] of its halves.
+
+    A long window, which exists where the driver counts, is no measurement while all samples of a half are late.
+    """
     half = 0 if clock["window_count"] < 0.5 * clock["window"] else 1
     if delay < -MISCOUNT_ADVANCE * clock["period_ns"]:
         clock["is_miscounted"] = True

@@ -24,7 +24,7 @@ CLOCK = np.dtype([
     ("interval_count", "f8"),  # behind period or jitter, bounded by their windows
     ("jitter_ns", "f8"),  # mean deviation of regular intervals
     ("queued", "f8"),  # samples of a silence that may follow it together
-    ("irregular_count", "f8"),  # excess of samples that skip or repeat a period
+    ("irregular_count", "f8"),  # excess of samples that skip or repeat a period, or come later than counted
     ("was_delayed", "?"), ("relock_count", "i8"),  # returns from a delay to the clock
     # Lost samples
     ("is_counted", "?"), ("lost", "i8"),  # whether the driver counts them; those since the last sample
