@@ -8,6 +8,7 @@ special one, or widens its interval. Track-to-track association; Bar-Shalom, Li 
 
 import math
 
+from vsa_common.accel import compiled
 from vsa_estimator.filter.records import Record
 from vsa_estimator.tuning.general import (
     COMPARISON_CAP,
@@ -25,6 +26,28 @@ from vsa_estimator.tuning.output import (
     MAX_STIFFNESS_STD,
     MIN_DAMPING_SCALE,
 )
+
+
+@compiled
+def differences(filtered: Record, impedance: Record) -> tuple[bool, tuple[float, float], tuple[float, float]]:
+    """Differences of ln stiffness and of damping [N s/m] of a (1,) PREDICTION from a (1,) IMPEDANCE, at its motion.
+
+    Returns whether the filter's stiffness is accurate, and both differences with the sums of the variances; a variance
+    of 0 where the bank's stiffness, or one of the dampings, is not accurate or beyond v*.
+    """
+    one, other = filtered[0], impedance[0]
+    x, v = other["motion"][0], other["motion"][1]
+    stiffness, damping = (0.0, 0.0), (0.0, 0.0)
+    if other["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2:
+        change = math.log(one["stiffness"]) - other["ln_stiffness"] - other["slope"] * (one["deflection"] - x)
+        stiffness = (change, one["ln_stiffness_variance"] + other["ln_stiffness_variance"])
+    scale = max(abs(other["damping"]), MIN_DAMPING_SCALE * abs(other["rest_damping"]))
+    accurate = max(one["damping_variance"], other["damping_variance"]) < (MAX_DAMPING_STD * scale) ** 2
+    slow = abs(one["velocity"]) <= MAX_SPEED_SHARE * one["peak_speed"] and other["beyond_peak"] <= MAX_BEYOND_PEAK
+    if accurate and slow:
+        change = one["damping"] - other["damping"] - other["damping_slope"] * (one["velocity"] - v)
+        damping = (change, one["damping_variance"] + other["damping_variance"])
+    return one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2, stiffness, damping
 
 
 class Difference:
@@ -77,17 +100,12 @@ class LawComparison:
         At the motion of the filter: that of the bank is another one at an onset. `weight` is the probability of another
         law than the exponential.
         """
-        one, other, gain = filtered[0], impedance[0], dt / COMPARISON_TIME
-        self.filter_valid = one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2
-        x, v, _ = other["motion"]
-        difference = math.log(one["stiffness"]) - other["ln_stiffness"] - other["slope"] * (one["deflection"] - x)
-        variance = one["ln_stiffness_variance"] + other["ln_stiffness_variance"]
-        if other["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2:
-            self._stiffness.add(gain, float(difference), float(variance), weight)
-        if _damping_observable(one, other):
-            variance = one["damping_variance"] + other["damping_variance"]
-            difference = one["damping"] - other["damping"] - other["damping_slope"] * (one["velocity"] - v)
-            self._damping.add(gain, float(difference), float(variance), weight)
+        gain = dt / COMPARISON_TIME
+        self.filter_valid, stiffness, damping = differences(filtered, impedance)
+        if stiffness[1] > 0.0:
+            self._stiffness.add(gain, *stiffness, weight)
+        if damping[1] > 0.0:
+            self._damping.add(gain, *damping, weight)
 
     @property
     def exceeds_threshold(self) -> bool:
@@ -121,11 +139,3 @@ class LawComparison:
 def _posterior(prior: float, variance: float) -> float:
     """Variance of an error of this prior variance, after a comparison with an estimate of this variance."""
     return prior * variance / (prior + variance) if variance > 0.0 else 0.0
-
-
-def _damping_observable(one: Record, other: Record) -> bool:
-    """Whether both estimates of the damping are accurate, below v*."""
-    if abs(one["velocity"]) > MAX_SPEED_SHARE * one["peak_speed"] or other["beyond_peak"] > MAX_BEYOND_PEAK:
-        return False
-    tolerance = MAX_DAMPING_STD * max(abs(other["damping"]), MIN_DAMPING_SCALE * abs(other["rest_damping"]))
-    return bool(max(one["damping_variance"], other["damping_variance"]) < tolerance * tolerance)

@@ -14,6 +14,7 @@ from vsa_estimator.force_law.state import Z
 from vsa_estimator.general.bank import Bank
 from vsa_estimator.initialization.row_noise import whiten
 from vsa_estimator.initialization.windows import BAND
+from vsa_estimator.law_comparison import differences
 from vsa_estimator.output.predictor import ALIVE, predict, process_sample
 from vsa_estimator.output.records import SNAPSHOT
 from vsa_estimator.preprocessing.pipeline import Pipeline
@@ -37,6 +38,7 @@ def precompile(with_bank: bool = False) -> None:
         tracker.beyond_peak_speed,
         pipeline.is_decimating,
     )  # call compiled functions
+    parity.accept()
     parity.measure_fault()
     parity.fault_would_show()
     parity.hidden_change()
@@ -55,7 +57,9 @@ def _run_bank() -> None:
     bank.repeat_slice()
     bank.interrupt(0.01, 1e-10)
     tracker = _moving_tracker()
-    predict_output(tracker.state, tracker.reference, 0.0, 0.0, np.zeros(1, PREDICTION))
+    prediction = np.zeros(1, PREDICTION)
+    predict_output(tracker.state, tracker.reference, 0.0, 0.0, prediction)
+    differences(prediction, bank.impedance)
 
 
 def _moving_tracker() -> Tracker:

@@ -4,6 +4,7 @@
 import math
 
 import numpy as np
+from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.tuning.fault_detection import (
     EVALUATION_PERIOD,
@@ -15,6 +16,18 @@ from vsa_estimator.tuning.fault_detection import (
 from vsa_estimator.tuning.filter import EXCITATION_TIME_CONSTANT
 
 MEMORY = round(EXCITATION_TIME_CONSTANT / EVALUATION_PERIOD)  # evaluations
+
+
+@compiled
+def adapt(squares: Array, weights: Array, means: Array, in_motion: Array) -> None:
+    """Adapt mean squares [N^2] and their weights, each (n,), to mean residuals [N] and shares of rows in motion."""
+    for i in range(squares.size):
+        if np.isnan(means[i]):
+            continue
+        weights[i] = min(weights[i] + in_motion[i], MEMORY)
+        square = min(means[i] * means[i], SCALE_CAP * squares[i])
+        squares[i] += in_motion[i] / weights[i] * (square - squares[i])
+        squares[i] = max(squares[i], MIN_SCALE**2)
 
 
 class ResidualScale:
@@ -31,10 +44,7 @@ class ResidualScale:
 
     def adapt(self, means: Array, in_motion: Array) -> None:
         """Adapt to mean residuals [N] and shares of rows in motion, each (n,). NaN is no mean."""
-        shares, squares = np.where(np.isnan(means), 0.0, in_motion), np.square(np.nan_to_num(means))
-        self._weights = np.minimum(self._weights + shares, MEMORY)
-        self._squares += shares / self._weights * (np.minimum(squares, SCALE_CAP * self._squares) - self._squares)
-        self._squares = np.maximum(self._squares, MIN_SCALE**2)
+        adapt(self._squares, self._weights, means, in_motion)
 
     def std(self, index: int) -> float:
         """Usual mean residual of a window [N]."""

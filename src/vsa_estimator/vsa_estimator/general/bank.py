@@ -92,6 +92,7 @@ class Bank:
         """Drop all data; the next step is the first."""
         self._members: Record | None = None
         self.impedance: Record = np.zeros(1, IMPEDANCE)
+        self.force_nis: float | None = None  # NIS of the last force in the most probable member; None without one
         self._encoder = EncoderMotion()
         self._probabilities = np.full(len(MODELS), 1.0 / len(MODELS))
         self.age = 0.0  # time of motion with forces since the start [s]
@@ -113,7 +114,7 @@ class Bank:
         step["gap"], step["deflection_variance"], step["force_variance"] = True, *shift
         self._encoder.write(step["encoder"])
         advance(self._members, self._geometry, step)
-        mixture(self._members, self._geometry, self._probabilities, self.impedance)
+        self._mix(self._members)
         self._store(step)
 
     def copied(self) -> "Bank":
@@ -158,7 +159,7 @@ class Bank:
         step["force"], step["force_variance"] = math.nan if self._encoder.is_onset else force[0], force[1]
         advance(self._members, self._geometry, step)
         self._span = min(self._span[0], deflection[0]), max(self._span[1], deflection[0])
-        mixture(self._members, self._geometry, self._probabilities, self.impedance)
+        self._mix(self._members)
         self.age += dt if self.force_nis is not None else 0.0
         self._store(step)
 
@@ -178,7 +179,7 @@ class Bank:
         if self._done == self._count:
             self.repetitions += 1
             self._members, self._repeated, self._geometry = self._repeated, None, self._repeated_geometry.copy()
-            mixture(self._members, self._geometry, self._probabilities, self.impedance)
+            self._mix(self._members)
 
     @property
     def exponential_evidence(self) -> float:
@@ -189,15 +190,6 @@ class Bank:
     def exponential_probability(self) -> float:
         """Probability of the exponential law."""
         return float(self._probabilities[0])
-
-    @property
-    def force_nis(self) -> float | None:
-        """Normalised innovation squared of the last force in the most probable member; None without a force."""
-        if self._members is None:
-            return None
-        best = self._members[int(np.argmax(self._probabilities))]
-        variance = float(best["innovation_variance"])
-        return float(best["innovation"]) ** 2 / variance if variance > 0.0 else None
 
     def elastic_law(self) -> tuple[Array, Array, Array, float] | None:
         """Elastic law of the mixture, see `vsa_estimator.general.elastic_law`; None before the second step."""
@@ -220,6 +212,12 @@ class Bank:
         self._members = members_at(self._initial, x, force[0], variance)
         self._prior = self._members.copy()  # of repetitions
         self._encoder.restart(x, variance)
+
+    def _mix(self, members: Record) -> None:
+        """Renew probabilities, impedance and NIS."""
+        best = members[mixture(members, self._geometry, self._probabilities, self.impedance)]
+        variance = float(best["innovation_variance"])
+        self.force_nis = float(best["innovation"]) ** 2 / variance if variance > 0.0 else None
 
     def _store(self, step: Record) -> None:
         """Keep a step for repetitions, and begin one that is due."""

@@ -53,17 +53,18 @@ from vsa_estimator.tuning.general import (
 
 @compiled
 def correct(member: Record, ph: Array, gain: Array, innovation: float, variance: float) -> None:
-    """Joseph form for any gain, over the active states: P becomes P - K (PH)' - (PH) K' + K S K'."""
+    """Joseph form for any gain: P becomes P - K (PH)' - (PH) K' + K S K', symmetric to the last bit.
+
+    `ph` and `gain` of states that are not active are zero.
+    """
     one = member[0]
-    z, p, active = one["mean"], one["covariance"], one["active"][: one["count"]]
-    for m in range(active.size):
-        i = active[m]
-        z[i] += gain[i] * innovation
-        for n in range(m, active.size):
-            j = active[n]
-            entry = p[i, j] + gain[i] * (variance * gain[j] - ph[j]) - ph[i] * gain[j]
-            p[i, j] = entry
-            p[j, i] = entry
+    z, p = one["mean"], one["covariance"]
+    rest = ph - 0.5 * variance * gain
+    z += gain * innovation
+    for i in one["active"][: one["count"]]:
+        row, k, r = p[i], gain[i], rest[i]
+        for j in range(SIZE):
+            row[j] -= k * rest[j] + r * gain[j]
     if one["model"]["exponential"]:
         retract(member, gain, innovation)
 
@@ -204,10 +205,12 @@ def correct_force(member: Record, geometry: Record, step: Record) -> None:
     own = CROSS_NOISE_SHARE * law[0]["stiffness"] ** 2 * now["deflection_variance"]
     ph = np.zeros(SIZE)
     variance = now["force_variance"] + spread + reversal_variance(member, law, dt) + own
-    for j in active:
-        for k in active:
-            ph[j] += gradient[k] * p[k, j]
-        variance += gradient[j] * ph[j]
+    for i in active:
+        row, slope = p[i], gradient[i]
+        for j in range(SIZE):
+            ph[j] += slope * row[j]
+    for i in active:
+        variance += gradient[i] * ph[i]
     innovation = now["force"] - expected - mean
     modelled, variance = variance, variance + max(one["unexplained"], 0.0)
     nis = innovation * innovation / variance

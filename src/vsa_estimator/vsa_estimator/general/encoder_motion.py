@@ -8,7 +8,7 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.filter.process_noise import maximum_likelihood
-from vsa_estimator.general.prediction import add_snap_noise
+from vsa_estimator.general.prediction import add_snap_noise, integrate
 from vsa_estimator.general.records import MOTION, Record, V
 from vsa_estimator.tuning.filter import (
     BANK_NIS_CAP,
@@ -39,24 +39,21 @@ def advance_encoder(
     `measurement` is dt [s], deflection [m] and its variance [m^2].
     """
     dt, deflection, noise = measurement[0], measurement[1], measurement[2]
-    f = np.eye(MOTION)
-    for i in range(MOTION - 1):
-        f[i, i + 1] = dt
-    f[0, 2] = f[1, 3] = 0.5 * dt * dt
-    f[0, 3] = dt**3 / 6.0
     leak = min(dt / ONSET_TIME, 1.0)
     for c in range(CANDIDATES.size):
-        means[c] = f @ means[c]
-        p = f @ covariances[c] @ f.T
+        z, p = means[c], covariances[c]
+        integrate(z.reshape((MOTION, 1)), dt)
+        integrate(p, dt)
+        integrate(p.T, dt)
         add_snap_noise(p, CANDIDATES[c], dt)
         variance = p[0, 0] + noise
-        innovation = deflection - means[c, 0]
+        innovation = deflection - z[0]
         increment = -0.5 * (math.log(variance) + min(innovation * innovation / variance, BANK_NIS_CAP))
         likelihood[c] += increment
         recent_likelihood[c] += leak * (increment - recent_likelihood[c])
         gain = p[:, 0] / variance
-        means[c] += gain * innovation
-        covariances[c] = p - np.outer(gain, p[0])
+        z += gain * innovation
+        p -= np.outer(gain, p[0])
 
 
 @compiled

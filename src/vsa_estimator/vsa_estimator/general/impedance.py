@@ -109,9 +109,10 @@ def member_impedance(member: Record, geometry: Record, out: Record) -> None:
 
 
 @compiled
-def mixture(members: Record, geometry: Record, probabilities: Array, out: Record) -> None:
+def mixture(members: Record, geometry: Record, probabilities: Array, out: Record) -> int:
     """Moment-matched impedance and motion of all members, into `out`, (1,) IMPEDANCE; the probabilities are updated.
 
+    Returns the index of the most probable member.
     The power of the likelihood is that of a coarsened posterior (Miller and Dunson, 2019): no member is the true law.
     """
     top, total = -np.inf, 0.0
@@ -121,9 +122,10 @@ def mixture(members: Record, geometry: Record, probabilities: Array, out: Record
         evidence = LIKELIHOOD_POWER * (members[m]["ln_likelihood"] - top)
         probabilities[m] = math.exp(evidence + members[m]["model"]["ln_prior"])
         total += probabilities[m]
-    kept = 0.0
+    kept, best = 0.0, 0
     for m in range(members.size):
         probabilities[m] /= total
+        best = m if probabilities[m] > probabilities[best] else best
         kept += probabilities[m] if probabilities[m] >= MIN_PROBABILITY else 0.0
     result, part = out[0], np.zeros(1, IMPEDANCE)
     squares = np.zeros(2)
@@ -143,6 +145,7 @@ def mixture(members: Record, geometry: Record, probabilities: Array, out: Record
     result["damping_variance"] += max(squares[1] - result["damping"] ** 2, 0.0)
     result["ln_stiffness_variance"] += STIFFNESS_BIAS**2
     result["damping_variance"] += (DAMPING_BIAS * result["rest_damping"]) ** 2
+    return best
 
 
 @compiled

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 from vsa_common.accel import compiled
-from vsa_common.types import Array, Integers
+from vsa_common.types import Array
 from vsa_estimator.general.basis import cubic, locate
 from vsa_estimator.general.records import (
     HYSTERESIS_SIZE,
@@ -49,13 +49,21 @@ def advance_memory(member: Record, dt: float) -> None:
 
 
 @compiled
-def transition(rows: Array, indices: Integers, dt: float, decay: float) -> None:
-    """Multiply `rows` (SIZE, n) by the transition over dt [s], at the columns `indices`; `decay` is that of B."""
-    half, sixth, rate_decay = 0.5 * dt * dt, dt**3 / 6.0, math.exp(-dt / LEVEL_RATE_TIME)
-    for j in indices:
+def integrate(rows: Array, dt: float) -> None:
+    """Multiply the first MOTION of `rows` (m, n) by the transition of a motion with constant jerk over dt [s]."""
+    half, sixth = 0.5 * dt * dt, dt**3 / 6.0
+    for j in range(rows.shape[1]):
         rows[X, j] += dt * rows[V, j] + half * rows[A, j] + sixth * rows[J, j]
         rows[V, j] += dt * rows[A, j] + half * rows[J, j]
         rows[A, j] += dt * rows[J, j]
+
+
+@compiled
+def transition(rows: Array, dt: float, decay: float) -> None:
+    """Multiply `rows` (SIZE, n) by the transition over dt [s]; `decay` is that of B."""
+    rate_decay = math.exp(-dt / LEVEL_RATE_TIME)
+    integrate(rows, dt)
+    for j in range(rows.shape[1]):
         rows[B, j] *= decay
         rows[L, j] += dt * rows[LEVEL_RATE, j]
         rows[LEVEL_RATE, j] *= rate_decay
@@ -80,7 +88,7 @@ def add_law_noise(p: Array, level: float, direction: Array, variance: float) -> 
         p[L, SPRING + i] += variance * level * direction[i]
         p[SPRING + i, L] += variance * level * direction[i]
         for j in range(SPRING_SIZE):
-            p[SPRING + i, SPRING + j] += variance * direction[i] * direction[j]
+            p[SPRING + i, SPRING + j] += variance * (direction[i] * direction[j])
 
 
 @compiled
@@ -133,11 +141,13 @@ def predict_member(member: Record, geometry: Record, dt: float, snap_density: fl
     z, p, model = one["mean"], one["covariance"], one["model"]
     advance_memory(member, dt)
     decay = math.exp(-abs(z[V] * dt) / model["travel_length"])
-    first, active = np.zeros(1, np.int64), one["active"][: one["count"]]
-    transition(z.reshape((SIZE, 1)), first, dt, decay)
-    transition(one["bias"].reshape((SIZE, 1)), first, dt, decay)
-    transition(p, active, dt, decay)
-    transition(p.T, active, dt, decay)
+    transition(z.reshape((SIZE, 1)), dt, decay)
+    transition(one["bias"].reshape((SIZE, 1)), dt, decay)
+    transition(p, dt, decay)
+    transition(p.T, dt, decay)
+    for i in range(LEVEL_RATE + 1):
+        for j in range(i + 1, SIZE):
+            p[j, i] = p[i, j]  # symmetric to the last bit, which the correction keeps
     add_snap_noise(p, snap_density, dt)
     p[B, B] += model["travel_std"] ** 2 * (1.0 - decay * decay)
     p[L, L] += model["level_density"] * dt

@@ -35,7 +35,7 @@ LACK = np.dtype([
     ("sum", "f8", (WINDOWS,)), ("variance", "f8", (WINDOWS,)), ("count", "f8", (WINDOWS,)),  # of the present block
     ("squares", "f8", (WINDOWS,)), ("variances", "f8", (WINDOWS,)), ("blocks", "f8", (WINDOWS,)),  # of earlier ones
     ("weight", "f8"), ("influence_square", "f8"),  # leaky mean of the squared influence
-])  # fmt: skip
+], align=True)  # fmt: skip
 
 MODEL = np.dtype([
     ("travel_std", "f8"),  # of the disturbance B [N or m]
@@ -46,7 +46,7 @@ MODEL = np.dtype([
     ("rate_density", "f8"),  # of the level rate [N^2/s^3]
     ("spline_damper", "?"), ("exponential", "?"),  # forms of damper and spring
     ("ln_prior", "f8"),
-])  # fmt: skip
+], align=True)  # fmt: skip
 
 MEMBER = np.dtype([
     ("model", MODEL),
@@ -63,18 +63,18 @@ MEMBER = np.dtype([
     ("innovation", "f8"), ("innovation_variance", "f8"),  # of the last force; 0 without one
     ("stiffness_lack", LACK), ("damping_lack", LACK),
     ("stiffness_inflation", "f8"), ("damping_inflation", "f8"),  # of the variances
-])  # fmt: skip
+], align=True)  # fmt: skip
 
 GEOMETRY = np.dtype([
     ("growth", "f8"),  # kappa [1/m]
     ("reference", "f8"), ("origin", "f8"), ("spacing", "f8"),  # of the elastic spline [m]
     ("speed_spacing", "f8"),  # of the damper's spline [m/s]
     ("table", "f8", (INTERVALS + 1, SPRING_SIZE)),  # integrals from the reference to each knot [m]
-])  # fmt: skip
+], align=True)  # fmt: skip
 
 ENCODER = np.dtype([  # motion from the encoder alone
     ("mean", "f8", (MOTION,)), ("covariance", "f8", (MOTION, MOTION)), ("density", "f8"),  # of white snap [m^2/s^7]
-])  # fmt: skip
+], align=True)  # fmt: skip
 
 STEP = np.dtype([
     ("dt", "f8"), ("deflection", "f8"), ("deflection_variance", "f8"),
@@ -82,7 +82,7 @@ STEP = np.dtype([
     ("gap", "?"),  # before this step: the motion is reset to that of the encoder; both variances are those of a shift
     ("relinearizing", "?"),  # whether the gradient uses the member's `linear`
     ("encoder", ENCODER),
-])  # fmt: skip
+], align=True)  # fmt: skip
 
 IMPEDANCE = np.dtype([
     ("ln_stiffness", "f8"), ("ln_stiffness_variance", "f8"),
@@ -92,4 +92,4 @@ IMPEDANCE = np.dtype([
     ("beyond_peak", "f8"),
     ("inertia", "f8"), ("inertia_variance", "f8"), ("level", "f8"), ("coulomb", "f8"),
     ("motion", "f8", (3,)), ("motion_covariance", "f8", (3, 3)),
-])  # fmt: skip
+], align=True)  # fmt: skip
