@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from vsa_bench.mismatch.cases import SENSOR_GROUP, SPRING_GROUP
+from vsa_bench.mismatch.cases import DRAWN_GROUP, SENSOR_GROUP, SPRING_GROUP
 
 MAX_WRONG = 0.005  # share of the samples
 MIN_COVERAGE, MEAN_COVERAGE = 0.90, (0.93, 0.99)
@@ -131,4 +131,5 @@ def _mean(
 
 
 def _label(case: Case) -> str:
-    return f"{case['case']} {case['motion']} {case['rate_hz']} Hz"
+    motion = "" if case["group"] == DRAWN_GROUP else f"{case['motion']} "
+    return f"{case['case']} {motion}{case['rate_hz']} Hz"

@@ -13,11 +13,11 @@ from vsa_simulator.laws.friction import FRICTIONS, FrictionConfig
 from vsa_simulator.laws.internal import HysteresisConfig, ViscoelasticConfig
 from vsa_simulator.laws.springs import EXPONENTIAL, SPRINGS, SpringConfig
 from vsa_simulator.rig.config import SensorErrorConfig
-from vsa_simulator.rig.motion import Tone, dwells, tones
+from vsa_simulator.rig.motion import Motion, Tone, dwells, tones
 from vsa_simulator.rig.recording import TransmissionVariant
 
 RATES_HZ = (100, 1000)
-SPRING_GROUP, SENSOR_GROUP = "springs", "sensors"
+SPRING_GROUP, SENSOR_GROUP, DRAWN_GROUP = "springs", "sensors", "drawn"
 
 MOTIONS = {
     "mix": tones(0.0095, Tone(0.0032, 0.07), Tone(0.00025, 0.6, 1.1), Tone(0.0001, 1.2, 2.2)),
@@ -84,6 +84,11 @@ class Case:
     def variant(self) -> TransmissionVariant:
         """The simulated transmission with its sensors."""
         return VARIANTS[self.group][self.name]
+
+    @property
+    def profile(self) -> Motion:
+        """The motion."""
+        return MOTIONS[self.motion]
 
     @property
     def label(self) -> str:

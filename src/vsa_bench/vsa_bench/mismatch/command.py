@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from vsa_bench.estimation.methods import precompile
 from vsa_bench.mismatch.cases import ALL, DEFAULT_LAW, GROUP_OF, LAWS, MOTIONS, QUICK, RATES_HZ, VARIANTS, Case, chosen
+from vsa_bench.mismatch.drawn import DrawnCase, draw
 from vsa_bench.mismatch.recorded import compare_all
 from vsa_bench.mismatch.run import run_case
 from vsa_bench.mismatch.table import pages
@@ -60,16 +61,21 @@ def run_or_read(
 
 
 def _run(arguments: argparse.Namespace) -> dict[str, Any]:
-    cases = [
+    base = secrets.randbits(31) if arguments.seed is None else arguments.seed
+    cases: list[Case | DrawnCase] = [
         replace(one, elastic_law=arguments.elastic_law)
         for one in chosen(QUICK if arguments.quick else ALL, arguments.case, arguments.motion, arguments.rate)
     ]
-    base = secrets.randbits(31) if arguments.seed is None else arguments.seed
-    count = arguments.seeds or (QUICK_SEEDS if arguments.quick else SEEDS)
+    if arguments.drawn:
+        rates_hz = arguments.rate or RATES_HZ
+        cases = [draw(base, number, rates_hz, arguments.elastic_law) for number in range(arguments.drawn)]
+    count = arguments.seeds or (QUICK_SEEDS if arguments.quick or arguments.drawn else SEEDS)
     seeds = np.random.SeedSequence(base).generate_state(count).tolist()
     results = run_cases(cases, seeds, arguments.seconds, arguments.workers)
     recorded = (
-        [] if arguments.no_recordings else _recorded(arguments.recordings or shared_data(), arguments.elastic_law)
+        []
+        if arguments.no_recordings or arguments.drawn
+        else _recorded(arguments.recordings or shared_data(), arguments.elastic_law)
     )
     report = {"seed": base, "seconds": arguments.seconds, "elastic_law": arguments.elastic_law}
     return {**report, "cases": results, "recorded": recorded}
@@ -86,7 +92,9 @@ def _recorded(folder: Path | None, elastic_law: str) -> list[dict[str, Any]]:
     return entries
 
 
-def run_cases(cases: Sequence[Case], seeds: Sequence[int], seconds: float, workers: int) -> list[dict[str, Any]]:
+def run_cases(
+    cases: Sequence[Case | DrawnCase], seeds: Sequence[int], seconds: float, workers: int
+) -> list[dict[str, Any]]:
     """Figures of all cases, in their order, from `workers` processes."""
     limit_blas_threads()
     precompile("force")
@@ -94,7 +102,7 @@ def run_cases(cases: Sequence[Case], seeds: Sequence[int], seconds: float, worke
         return forked_map(partial(_run_one, seeds=seeds, seconds=seconds), cases, workers, bar.advance)
 
 
-def _run_one(case: Case, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
+def _run_one(case: Case | DrawnCase, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
     try:
         return run_case(case, seeds, seconds)
     except Exception as error:
@@ -115,13 +123,10 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--elastic-law", choices=LAWS, default=DEFAULT_LAW, help="parameter elastic_law of the estimator (%(default)s)"
     )
+    _add_choice_of_cases(parser)
     parser.add_argument(
-        "--case", nargs="+", default=[], choices=[*VARIANTS, *GROUP_OF], metavar="NAME",
-        help=f"cases or groups: {', '.join([*VARIANTS, *GROUP_OF])}",
-    )  # fmt: skip
-    parser.add_argument("--motion", nargs="+", default=[], choices=list(MOTIONS))
-    parser.add_argument("--rate", nargs="+", type=int, default=[], choices=RATES_HZ, metavar="HZ", help="100 or 1000")
-    parser.add_argument("--seeds", type=int, metavar="COUNT", help=f"runs a case ({SEEDS}; {QUICK_SEEDS} with --quick)")
+        "--seeds", type=int, metavar="COUNT", help=f"runs a case ({SEEDS}; {QUICK_SEEDS} with --quick or --drawn)"
+    )
     parser.add_argument("--seed", type=int, help="base of the seeds; random by default")
     parser.add_argument("--seconds", type=float, default=SECONDS, help="length of a recording (%(default)g)")
     parser.add_argument("--quick", action="store_true", help=f"{len(QUICK)} cases, one seed: within two minutes")
@@ -136,9 +141,24 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--from", dest="from_json", type=Path, metavar="FILE", help="no run: tables of a former --json")
     parser.add_argument("--markdown", action="store_true", help="print the tables as Markdown")
     arguments = parser.parse_args(argv)
+    if arguments.drawn is not None and (arguments.drawn < 1 or arguments.case or arguments.motion or arguments.quick):
+        parser.error("--drawn is at least 1, and goes without --case, --motion and --quick")
     if not list(chosen(QUICK if arguments.quick else ALL, arguments.case, arguments.motion, arguments.rate)):
         parser.error("no case has the given --case, --motion and --rate; without --quick there are more")
     return arguments
+
+
+def _add_choice_of_cases(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--case", nargs="+", default=[], choices=[*VARIANTS, *GROUP_OF], metavar="NAME",
+        help=f"cases or groups: {', '.join([*VARIANTS, *GROUP_OF])}",
+    )  # fmt: skip
+    parser.add_argument("--motion", nargs="+", default=[], choices=list(MOTIONS))
+    parser.add_argument("--rate", nargs="+", type=int, default=[], choices=RATES_HZ, metavar="HZ", help="100 or 1000")
+    parser.add_argument(
+        "--drawn", type=int, metavar="COUNT",
+        help="instead of the listed cases COUNT random ones: laws, up to two sensor errors and a motion of their own",
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

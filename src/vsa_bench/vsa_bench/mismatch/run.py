@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from vsa_bench.estimation.cases import RIGS
 from vsa_bench.estimation.starts import wrong_start
-from vsa_bench.mismatch.cases import DEFAULT_LAW, MOTIONS, Case
+from vsa_bench.mismatch.cases import DEFAULT_LAW, Case
+from vsa_bench.mismatch.drawn import DrawnCase
 from vsa_bench.mismatch.metrics import (
     DAMPING_FLOOR,
     SCORED_FROM,
@@ -29,9 +30,9 @@ NOMINAL = RIGS["paper"]["transmission_1"]  # coefficients of the transmission wh
 PEERS = ("recursive_least_squares", "menard", "grioli_bicchi")
 
 
-def run_case(case: Case, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
+def run_case(case: Case | DrawnCase, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
     """Figures of each seed and their aggregate, as the JSON has them."""
-    simulation = Simulation(case.variant, MOTIONS[case.motion], seconds, case.rate_hz)
+    simulation = Simulation(case.variant, case.profile, seconds, case.rate_hz)
     recordings = [simulation.recording(seed) for seed in seeds]
     peers = peer_stiffness(recordings, case)
     runs = []
@@ -82,7 +83,7 @@ def run_figures(rows: Record, simulation: Simulation) -> dict[str, Any]:
     }
 
 
-def peer_stiffness(recordings: Sequence[Recording], case: Case) -> dict[str, Array]:
+def peer_stiffness(recordings: Sequence[Recording], case: Case | DrawnCase) -> dict[str, Array]:
     """Stiffness of each peer, (seeds, samples) [N/m]; they use the sample rate and the nominal data of the damper."""
     force, deflection = (np.array([getattr(one, name) for one in recordings]) for name in ("force", "deflection"))
     rate, noise = float(case.rate_hz), case.variant.sensors.deflection_noise_std

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from vsa_bench.mismatch.bars import bars, best_peer
-from vsa_bench.mismatch.cases import VARIANTS
+from vsa_bench.mismatch.cases import DRAWN_GROUP, VARIANTS
 from vsa_common.terminal import Page
 
 QUANTITY = ("valid", "error", "cover", "wrong", "+-")
@@ -13,6 +13,7 @@ FIGURES = (
     f"stiffness {QUANTITY[0]}", *QUANTITY[1:], "5 % after s", f"damping {QUANTITY[0]}", *QUANTITY[1:],
 )  # fmt: skip
 CASE_HEADER = ("case", "motion", "Hz", "best peer", "peer error", *FIGURES)
+DRAWN_HEADER = ("case", "laws, sensors; motion", "Hz", *FIGURES[:5], "damping wrong")
 WORST_HEADER = ("case", "best peer", "peer error", *FIGURES)
 BAR_HEADER = ("required", "limit", "figure", "worst case", "missed in", "")
 RECORDED_HEADER = ("recording", "start", "reference", "points", "valid", "error", "cover", "wrong", "+-")
@@ -33,16 +34,20 @@ WORST = {"valid": min, "coverage": min, "error": max, "wrong": max, "half_width"
 
 
 def pages(report: dict[str, Any]) -> Iterator[Page]:
-    """All tables of a report: each group, the worst of each case, the required figures, real recordings."""
+    """All tables of a report: groups, drawn cases, the worst of each listed case, required figures, recordings."""
     cases = report["cases"]
     for group in VARIANTS:
         members = [one for one in cases if one["group"] == group]
         if members:
             yield Page(group.replace("_", " "), CASE_HEADER, [_row(one) for one in members], "", 4)
-    if cases:
-        names = list(dict.fromkeys(one["case"] for one in cases))
+    drawn = [one for one in cases if one["group"] == DRAWN_GROUP]
+    if drawn:
+        yield Page(DRAWN_GROUP, DRAWN_HEADER, [_drawn_row(one) for one in drawn], NOTE, 3)
+    names = list(dict.fromkeys(one["case"] for one in cases if one["group"] != DRAWN_GROUP))
+    if names:
         rows = [_worst_row(name, [one for one in cases if one["case"] == name]) for name in names]
         yield Page("worst of the motions and rates", WORST_HEADER, rows, NOTE, 2)
+    if cases:
         yield Page("required figures", BAR_HEADER, [_bar_row(*one) for one in bars(cases)], "", 1)
     if report["recorded"]:
         rows = [_recorded_row(one) for one in report["recorded"]]
@@ -60,6 +65,12 @@ def _row(case: dict[str, Any]) -> list[str]:
         _number(median["time_to_5pct_s"], 1),
         *_quantity_cells(median["damping"]),
     ]
+
+
+def _drawn_row(case: dict[str, Any]) -> list[str]:
+    stiffness, damping = case["median"]["stiffness"], case["median"]["damping"]
+    wrong = _percent(damping["wrong"], 2)
+    return [case["case"], case["motion"], str(case["rate_hz"]), *_quantity_cells(stiffness), wrong]
 
 
 def _worst_row(name: str, cases: Sequence[dict[str, Any]]) -> list[str]:
