@@ -67,13 +67,27 @@ GROUP_OF = {name: group for group, variants in VARIANTS.items() for name in vari
 
 
 @dataclass(frozen=True)
-class Case:
+class Row:
     """One row of the bench."""
 
     name: str
     motion: str
     rate_hz: int
     elastic_law: str = DEFAULT_LAW
+
+    @property
+    def label(self) -> str:
+        """Name in lists.
+
+        >>> Case("spring_sinh", "mix", 100).label
+        'spring_sinh mix 100 Hz'
+        """
+        return f"{self.name} {self.motion} {self.rate_hz} Hz"
+
+
+@dataclass(frozen=True)
+class Case(Row):
+    """A listed case, by the names of its variant and motion."""
 
     @property
     def group(self) -> str:
@@ -89,15 +103,6 @@ class Case:
     def profile(self) -> Motion:
         """The motion."""
         return MOTIONS[self.motion]
-
-    @property
-    def label(self) -> str:
-        """Name in lists.
-
-        >>> Case("spring_sinh", "mix", 100).label
-        'spring_sinh mix 100 Hz'
-        """
-        return f"{self.name} {self.motion} {self.rate_hz} Hz"
 
 
 ALL = tuple(Case(*one) for one in product(GROUP_OF, MOTIONS, RATES_HZ))

@@ -72,11 +72,8 @@ def _run(arguments: argparse.Namespace) -> dict[str, Any]:
     count = arguments.seeds or (QUICK_SEEDS if arguments.quick or arguments.drawn else SEEDS)
     seeds = np.random.SeedSequence(base).generate_state(count).tolist()
     results = run_cases(cases, seeds, arguments.seconds, arguments.workers)
-    recorded = (
-        []
-        if arguments.no_recordings or arguments.drawn
-        else _recorded(arguments.recordings or shared_data(), arguments.elastic_law)
-    )
+    without = arguments.no_recordings or (arguments.drawn and not arguments.recordings)
+    recorded = [] if without else _recorded(arguments.recordings or shared_data(), arguments.elastic_law)
     report = {"seed": base, "seconds": arguments.seconds, "elastic_law": arguments.elastic_law}
     return {**report, "cases": results, "recorded": recorded}
 

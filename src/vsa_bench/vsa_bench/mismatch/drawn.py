@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from vsa_bench.mismatch.cases import DRAWN_GROUP
+from vsa_bench.mismatch.cases import DRAWN_GROUP, Row
 from vsa_common.types import Array
 from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.laws.dampers import CUBIC, DAMPERS, DamperConfig
@@ -33,22 +33,13 @@ FREQUENCY, TONE_FREQUENCY = (0.04, 2.5), (0.04, 0.3)  # [Hz], logarithmic; of a 
 STOPS, MOVE, REST = (4, 8), (0.5, 3.0), (0.3, 4.0)  # stops of dwells; duration of a move and of a rest [s]
 
 
-@dataclass(frozen=True)
-class DrawnCase:
-    """One row of the bench, like `vsa_bench.mismatch.cases.Case`; `motion` describes laws, sensors and motion."""
+@dataclass(frozen=True, kw_only=True)
+class DrawnCase(Row):
+    """A random case; `motion` describes laws, sensors and motion."""
 
-    name: str
-    motion: str
-    rate_hz: int
-    elastic_law: str
     variant: TransmissionVariant
     profile: Motion
     group: str = DRAWN_GROUP
-
-    @property
-    def label(self) -> str:
-        """Name in lists."""
-        return f"{self.name} {self.motion} {self.rate_hz} Hz"
 
 
 def draw(base: int, number: int, rates_hz: Sequence[int], elastic_law: str) -> DrawnCase:
@@ -65,7 +56,8 @@ def draw(base: int, number: int, rates_hz: Sequence[int], elastic_law: str) -> D
     variant = TransmissionVariant(laws=laws, sensor_errors=SensorErrorConfig(**errors), stamp_jitter=jitter)
     sensors = [f"{name} {value:.2g}" for name, value in errors.items()] + ["stamp_jitter"] * bool(jitter)
     words = f"{' '.join([spring, damper, friction, *sensors])}; {motion}"
-    return DrawnCase(f"drawn {number}", words, int(random.choice(list(rates_hz))), elastic_law, variant, profile)
+    rate_hz = int(random.choice(list(rates_hz)))
+    return DrawnCase(f"drawn {number}", words, rate_hz, elastic_law, variant=variant, profile=profile)
 
 
 def _motion(random: np.random.Generator) -> tuple[Motion, str]:
