@@ -8,10 +8,12 @@ from vsa_estimator.general.records import IMPEDANCE
 from vsa_estimator.law_comparison import LawComparison
 from vsa_estimator.tuning.general import (
     COMPARISON_TIME,
+    DAMPER_SHAPE_STD,
     DAMPING_BIAS,
     DAMPING_DISCREPANCY_STD,
     DIFFERENCE_THRESHOLD,
     LAW_DISCREPANCY_STD,
+    SHAPE_STD,
     STIFFNESS_BIAS,
 )
 
@@ -64,7 +66,7 @@ def test_a_short_difference_is_below_the_threshold():
 def test_the_discrepancy_is_the_mean_square_by_the_probability_of_another_law():
     difference = 1.5 * np.sqrt(2.0 * VARIANCE)
     for weight in (0.0, 0.3, 1.0):
-        found = compared(filtered(), bank(ln_difference=difference), weight).discrepancies(bank(), 0.0)
+        found = compared(filtered(), bank(ln_difference=difference), weight).discrepancies(bank(), 0.0, False)
         assert found == pytest.approx((weight * difference**2, 0.0), rel=1e-3, abs=1e-12)
 
 
@@ -73,13 +75,13 @@ def test_an_uncertain_bank_adds_little_to_the_discrepancy():
     uncertain["ln_stiffness_variance"] = 0.09**2
     for step in range(5000):
         comparison.add(DT, filtered(), uncertain if step % 2 else bank(ln_difference=1e-3), 1.0)
-    assert comparison.discrepancies(bank(), 0.0)[0] == pytest.approx(0.75 / (0.5 / (2.0 * VARIANCE)), rel=0.05)
+    assert comparison.discrepancies(bank(), 0.0, False)[0] == pytest.approx(0.75 / (0.5 / (2.0 * VARIANCE)), rel=0.05)
 
 
 def test_a_bank_without_a_valid_stiffness_is_not_compared():
     useless = bank(ln_difference=0.15)
     useless["ln_stiffness_variance"] = 1.0
-    found = compared(filtered(), useless).discrepancies(useless, 1.0)
+    found = compared(filtered(), useless).discrepancies(useless, 1.0, False)
     assert found[0] == pytest.approx(posterior(LAW_DISCREPANCY_STD, 1.0, STIFFNESS_BIAS, 1.0))
 
 
@@ -99,37 +101,37 @@ def test_the_motion_of_the_bank_is_no_difference():
     other["slope"], other["damping_slope"] = 267.0, -100.0 / dv
     found = compared(one, other)
     assert not found.exceeds_threshold
-    assert found.discrepancies(bank(), 0.0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert found.discrepancies(bank(), 0.0, False) == pytest.approx((0.0, 0.0), abs=1e-12)
 
 
 @pytest.mark.parametrize("weight", [0.0, 0.4, 1.0])
 def test_the_excess_is_what_the_difference_has_beyond_the_threshold(weight):
     difference, comparison = 0.04, compared(filtered(), bank(), weight)
     comparison.add(DT, filtered(), bank(ln_difference=difference), 0.0)
-    assert comparison.discrepancies(bank(), 0.0) == pytest.approx(
+    assert comparison.discrepancies(bank(), 0.0, False) == pytest.approx(
         (difference**2 - DIFFERENCE_THRESHOLD**2 * 2.0 * VARIANCE, 0.0), rel=1e-6
     )
     comparison.add(DT, filtered(), bank(), 0.0)
-    assert comparison.discrepancies(bank(), 0.0)[0] < 1e-3 * difference**2
+    assert comparison.discrepancies(bank(), 0.0, False)[0] < 1e-3 * difference**2
 
 
 def test_the_excess_is_no_more_than_an_error_by_a_wrong_law():
     comparison = LawComparison()
     comparison.add(0.0, filtered(), bank(ln_difference=0.2), 1.0)
-    assert comparison.discrepancies(bank(), 0.0) == pytest.approx((LAW_DISCREPANCY_STD**2, 0.0))
+    assert comparison.discrepancies(bank(), 0.0, False) == pytest.approx((LAW_DISCREPANCY_STD**2, 0.0))
 
 
 def test_a_difference_within_the_threshold_has_no_excess():
     found = compared(filtered(), bank(ln_difference=0.99 * DIFFERENCE_THRESHOLD * np.sqrt(2.0 * VARIANCE)), 0.0)
-    assert found.discrepancies(bank(), 0.0) == (0.0, 0.0)
+    assert found.discrepancies(bank(), 0.0, False) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(("difference", "expected"), [(0.0, False), (0.1, True)])
 def test_after_a_new_estimate_the_next_difference_decides_and_the_widening_stays(difference, expected):
     comparison = compared(filtered(), bank(ln_difference=0.1))
-    before = comparison.discrepancies(bank(), 0.0)
+    before = comparison.discrepancies(bank(), 0.0, False)
     comparison.restart_test()
-    assert comparison.discrepancies(bank(), 0.0) == before
+    assert comparison.discrepancies(bank(), 0.0, False) == before
     comparison.add(DT, filtered(), bank(ln_difference=difference), 1.0)
     assert comparison.exceeds_threshold is expected
 
@@ -147,12 +149,27 @@ def test_an_error_that_the_bank_cannot_show_has_its_posterior_variance(std, weig
     uncertain, rest = bank(), 4000.0
     std_of_damping = 10.0 * std
     uncertain["ln_stiffness_variance"], uncertain["damping_variance"] = std**2, (std_of_damping * rest) ** 2
-    stiffness, damping = LawComparison().discrepancies(uncertain, weight)
+    stiffness, damping = LawComparison().discrepancies(uncertain, weight, False)
     assert stiffness == pytest.approx(posterior(LAW_DISCREPANCY_STD, std, STIFFNESS_BIAS, weight))
     assert damping == pytest.approx(rest**2 * posterior(DAMPING_DISCREPANCY_STD, std_of_damping, DAMPING_BIAS, weight))
+
+
+def test_a_law_that_the_evidence_refutes_may_differ_as_much_as_the_shapes_of_laws():
+    uncertain, std = bank(), 0.2
+    uncertain["ln_stiffness_variance"], uncertain["damping_variance"] = std**2, (std * 4000.0) ** 2
+    stiffness, damping = LawComparison().discrepancies(uncertain, 0.9, True)
+    assert stiffness == pytest.approx(posterior(SHAPE_STD, std, STIFFNESS_BIAS, 0.9))
+    assert damping == pytest.approx(4000.0**2 * posterior(DAMPER_SHAPE_STD, std, DAMPING_BIAS, 0.9))
+
+
+def test_the_damping_may_differ_by_a_share_of_its_greater_value_at_rest_or_in_motion():
+    uncertain = bank()
+    uncertain["damping_variance"], uncertain["rest_damping"] = 1e12, 1000.0
+    damping = LawComparison().discrepancies(uncertain, 1.0, False)[1]
+    assert damping == pytest.approx((DAMPING_DISCREPANCY_STD * 4000.0) ** 2, rel=1e-3)
 
 
 def test_the_systematic_error_of_the_bank_is_no_choice_of_the_law():
     exact = bank()
     exact["ln_stiffness_variance"], exact["damping_variance"] = STIFFNESS_BIAS**2, (DAMPING_BIAS * 4000.0) ** 2
-    assert LawComparison().discrepancies(exact, 1.0) == (0.0, 0.0)
+    assert LawComparison().discrepancies(exact, 1.0, False) == (0.0, 0.0)

@@ -189,7 +189,7 @@ class LawChoice:
         if laws.is_comparable and self._replaces_filter:
             self.publishes_bank = True
         else:
-            self.discrepancies = comparison.discrepancies(self.impedance, another)
+            self.discrepancies = comparison.discrepancies(self.impedance, another, laws.is_improbable)
 
     @property
     def _is_accepted(self) -> bool:

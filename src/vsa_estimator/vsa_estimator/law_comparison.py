@@ -13,10 +13,12 @@ from vsa_estimator.filter.records import Record
 from vsa_estimator.tuning.general import (
     COMPARISON_CAP,
     COMPARISON_TIME,
+    DAMPER_SHAPE_STD,
     DAMPING_BIAS,
     DAMPING_DISCREPANCY_STD,
     DIFFERENCE_THRESHOLD,
     LAW_DISCREPANCY_STD,
+    SHAPE_STD,
     STIFFNESS_BIAS,
 )  # fmt: skip
 from vsa_estimator.tuning.output import (
@@ -117,19 +119,21 @@ class LawComparison:
         self._stiffness.restart_test()
         self._damping.restart_test()
 
-    def discrepancies(self, impedance: Record, weight: float) -> tuple[float, float]:
+    def discrepancies(self, impedance: Record, weight: float, improbable: bool) -> tuple[float, float]:
         """Variances of ln stiffness and of the damping that the choice of the law leaves open in the filter.
 
         By the present difference beyond both intervals, by the mean difference, and by an error that the (1,) IMPEDANCE
         of the bank is too uncertain to show: its prior variance is that under another law times `weight`, the
-        probability of one. The bank's variance, that of a mixture, is weighted already; its systematic error belongs to
-        no law.
+        probability of one; where the filter's law is `improbable`, the variance of the shapes of laws. The bank's
+        variance, that of a mixture, is weighted already; its systematic error belongs to no law.
         """
         of_bank = impedance[0]
         rest = float(of_bank["rest_damping"])
+        scale = max(rest, abs(float(of_bank["damping"])))
         stiffness = float(of_bank["ln_stiffness_variance"]) - STIFFNESS_BIAS**2
         damping = float(of_bank["damping_variance"]) - (DAMPING_BIAS * rest) ** 2
-        priors = LAW_DISCREPANCY_STD**2, (DAMPING_DISCREPANCY_STD * rest) ** 2
+        stds = (SHAPE_STD, DAMPER_SHAPE_STD) if improbable else (LAW_DISCREPANCY_STD, DAMPING_DISCREPANCY_STD)
+        priors = stds[0] ** 2, (stds[1] * scale) ** 2
         return (
             self._stiffness.widening(priors[0]) + _posterior(weight * priors[0], stiffness),
             self._damping.widening(priors[1]) + _posterior(weight * priors[1], damping),

@@ -54,7 +54,8 @@ def _run_bank() -> None:
     bank = Bank(initial, 10.0)
     for number in range(60):  # 6 s at 1 mm/s: beyond the first repetition
         bank.step(0.1, (0.01 + 1e-4 * number, 1e-10), (30.0, 1e-4))
-    bank.repeat_slice()
+    while bank.is_repeating:
+        bank.repeat_slice()
     bank.interrupt(0.01, 1e-10)
     tracker = _moving_tracker()
     prediction = np.zeros(1, PREDICTION)

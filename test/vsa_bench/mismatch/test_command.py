@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from vsa_bench.mismatch import command
 from vsa_bench.mismatch.cases import ALL, GROUP_OF, MOTIONS, QUICK, VARIANTS, Case, chosen
-from vsa_bench.mismatch.run import NOMINAL, PEERS, estimate, peer_stiffness, run_case, start_parameters
+from vsa_bench.mismatch.run import NOMINAL, PEERS, estimate, peer_stiffness, run_case, run_figures, start_parameters
 from vsa_common.types import Array
 from vsa_estimator.formulations import create_estimator
 from vsa_estimator.output.estimate import Estimate
@@ -85,6 +85,16 @@ def test_a_case_has_the_figures_of_its_estimates_taken_sample_by_sample():
     assert damping["error"] == (pytest.approx(float(np.median(errors))) if errors else None)
     assert set(result["runs"][0]["peers"]) == set(PEERS)
     json.dumps(result, allow_nan=False)
+
+
+def test_the_damping_of_a_quadratic_damper_is_not_wrong_beside_an_exponential_spring():
+    case = Case("damper_quadratic", "mix", 100)
+    simulation = Simulation(case.variant, case.profile, 60.0, 100)
+    rows = estimate(simulation.recording(3), start_parameters(simulation, 3))
+    damping = run_figures(rows, simulation)["damping"]
+    assert damping["valid"] > 0.9
+    assert damping["wrong"] < 0.005
+    assert damping["coverage"] > 0.8
 
 
 def test_the_estimator_has_the_default_configuration_but_for_its_start():

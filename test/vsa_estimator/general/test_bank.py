@@ -183,13 +183,13 @@ def test_a_copy_goes_on_as_the_bank_would():
 def test_the_exponential_law_can_be_excluded_until_the_next_start():
     _, recording = simulated(duration=8.0)
     bank = Bank(Initial(), 100.0)
-    run(bank, recording, slice(400))
+    run(bank, recording, slice(700))
     assert bank.exponential_probability > 0.5
     bank.exclude_exponential()
-    run(bank, recording, slice(400, None))
+    run(bank, recording, slice(700, None))
     assert bank.exponential_probability == 0.0
     bank.restart()
-    run(bank, recording, slice(400))
+    run(bank, recording, slice(700))
     assert bank.exponential_probability > 0.5
 
 

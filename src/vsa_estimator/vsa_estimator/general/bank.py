@@ -13,10 +13,10 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
-from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
+from vsa_estimator.general.elastic_law import elastic_law, fitted_growth, nest
 from vsa_estimator.general.encoder_motion import EncoderMotion, is_moving
 from vsa_estimator.general.impedance import mixture
-from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
+from vsa_estimator.general.models import MODELS, NESTED, SIMPLE, geometry_at, members_at, with_growth
 from vsa_estimator.general.prediction import add_shift_noise, drop_innovation, predict_member
 from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, L, Record, V, X
 from vsa_estimator.settings import Initial
@@ -143,9 +143,8 @@ class Bank:
 
     def exclude_exponential(self) -> None:
         """Give the exponential law the probability zero until the next start."""
-        for members in (self._members, self._prior, self._repeated):
-            if members is not None:
-                members["model"]["ln_prior"][0] = -math.inf
+        if self._members is not None:
+            self._members["model"]["ln_prior"][0] = -math.inf
 
     def step(self, dt: float, deflection: tuple[float, float], force: tuple[float, float]) -> None:
         """One step dt [s] after the last; `deflection` [m] and `force` [N] with their variances, NaN for no force."""
@@ -169,16 +168,21 @@ class Bank:
         return self._repeated is not None
 
     def repeat_slice(self) -> None:
-        """Repeat some steps of the running repetition; at its end its members replace the live ones."""
+        """Repeat some steps of the running repetition; at its end its members replace the live ones.
+
+        Those with an exponential spring then follow from the others.
+        """
         if self._repeated is None:
             return
         steps = self._buffer[self._done : min(self._done + STEPS_PER_SLICE, self._count)]
         steps["relinearizing"] = True
         repeat(self._repeated, self._repeated_geometry, steps)
         self._done += len(steps)
-        if self._done == self._count:
+        if self._done == self._count and self._members is not None:
             self.repetitions += 1
-            self._members, self._repeated, self._geometry = self._repeated, None, self._repeated_geometry.copy()
+            self._geometry = self._repeated_geometry.copy()
+            self._members[len(NESTED) :], self._repeated = self._repeated, None
+            nest(self._members, self._prior, self._geometry, 0.5 * sum(self._span))
             self._mix(self._members)
 
     @property
@@ -231,9 +235,9 @@ class Bank:
         self._count += 1
         if self._checks and self._repeated is None and self.age >= self._checks[0] and self._members is not None:
             self._checks.pop(0)
-            self._repeated = self._prior.copy()
+            self._repeated = self._prior[len(NESTED) :].copy()
             self._repeated_geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), self._growth())
-            linear = self._members["mean"].copy()
+            linear = self._members["mean"][len(NESTED) :].copy()
             linear[:, SPRING:] = with_growth(linear[:, SPRING:], self._geometry, self._repeated_geometry)
             self._repeated["linear"] = linear
             self._done = 0

@@ -108,7 +108,7 @@ def fill_table(geometry: Record) -> None:
 def damping_spline(v: float, spacing: float, w: Array, slope: Array) -> int:
     """Index of the first of three quadratic B-splines at |v|; values and derivatives by v into `w` and `slope`."""
     s = min(abs(v) / spacing, MAX_CELLS)
-    i = int(s)
+    i = int(s) if s < DAMPER_SIZE else DAMPER_SIZE  # also of NaN
     u = s - i
     side = 1.0 if v >= 0.0 else -1.0
     if i >= DAMPER_SIZE - 2:  # constant beyond the last knot

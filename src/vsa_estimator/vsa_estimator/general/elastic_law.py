@@ -1,19 +1,27 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Elastic law of the mixture over the deflections of the recorded motion."""
+"""Elastic law of the mixture over the deflections of the motion, and the exponential law nested in a member."""
 
 import math
 
 import numpy as np
+from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.general.basis import add_integrals, elastic_spline, locate
-from vsa_estimator.general.records import INTERVALS, SPRING, SPRING_SIZE, L, Record
+from vsa_estimator.general.models import NESTED
+from vsa_estimator.general.records import INTERVALS, SIZE, SPRING, SPRING_SIZE, L, Record
 from vsa_estimator.tuning.general import (
     KNOTS_PER_INTERVAL,
     MIN_LN_VARIANCE,
     MIN_PROBABILITY,
     MIN_RELATIVE_STIFFNESS,
+    SLOPE_STD,
+    SPRING_SPACING,
     STIFFNESS_BIAS,
+    STIFFNESS_STD,
 )
+
+FIT_STEPS = 20
+MAX_FIT_STEP, MIN_FIT_STEP = 0.5, 1e-6  # of ln stiffness at the data and of its slope in 1/knot
 
 
 def elastic_law(
@@ -57,6 +65,126 @@ def fitted_growth(knots: Array, ln_stiffness: Array, covariance: Array, prior: t
     mean, std = prior
     normal[1, 1:] += np.array([1.0, mean]) / std**2
     return float(np.linalg.solve(normal[:, :2], normal[:, 2])[1])
+
+
+def nest(members: Record, priors: Record, geometry: Record, deflection: float) -> None:
+    """Replace the nested of the members (n,) MEMBER by what they differ from in the spring, with an exponential spring.
+
+    `priors`: (n,) MEMBER at the start; see `condition_on_exponential`.
+    """
+    for nested, general in NESTED.items():
+        one, model = members[nested : nested + 1], members["model"][nested].copy()
+        one[:] = members[general]
+        one["model"] = model
+        evidence = condition_on_exponential(one, priors[general : general + 1], geometry, deflection)
+        one["ln_likelihood"] += evidence
+
+
+def condition_on_exponential(member: Record, prior: Record, geometry: Record, deflection: float) -> float:
+    """Condition a (1,) MEMBER of any spring, which was the (1,) MEMBER `prior` at its start, on an exponential spring.
+
+    Returns the log likelihood of the exponential spring relative to any spring (Laplace approximation; MacKay, 2003,
+    ch. 27). The likelihood of the coefficients is the posterior over the prior, both Gaussian. Over the knots j the law
+    is exp(a + b (j - j_x)), j_x at a `deflection` [m] of the data, with the prior of scale and slope for a and b.
+    """
+    spring, z, p = slice(SPRING, SIZE), member[0]["mean"], member[0]["covariance"]
+    if not np.isfinite(p).all():
+        return -math.inf
+    initial, prior_weight = prior[0]["mean"][spring], np.linalg.inv(prior[0]["covariance"][spring, spring])
+    weight = np.linalg.inv(p[spring, spring])
+    place = (deflection - float(geometry["origin"][0])) / float(geometry["spacing"][0])
+    design = np.stack([np.ones(SPRING_SIZE), np.arange(SPRING_SIZE) - 1.0 - place], axis=1)
+    information = weight @ z[spring] - prior_weight @ initial
+    law, normal = np.zeros(SPRING_SIZE), np.zeros((2, 2))
+    level = math.log(initial[0])
+    ln_prior = most_probable_exponential(1.0 + place, weight - prior_weight, information, level, law, normal)
+    tangents = law[:, None] * design
+    evidence = ln_prior - 0.5 * float(np.linalg.slogdet(normal)[1])
+    evidence += _ln_density(law - z[spring], weight) - _ln_density(law - initial, prior_weight)
+    regression = p[:, spring] @ weight  # of all states on the coefficients
+    regression[spring] = np.eye(SPRING_SIZE)
+    removed = p[spring, spring] - tangents @ np.linalg.solve(normal, tangents.T)
+    bias = member[0]["bias"]
+    bias += regression @ (tangents @ np.linalg.solve(normal, tangents.T @ weight @ bias[spring]) - bias[spring])
+    z += regression @ (law - z[spring])
+    p -= regression @ removed @ regression.T
+    p += p.T
+    p *= 0.5
+    return evidence
+
+
+@compiled
+def cost_of_exponential(
+    a: float, b: float, place: float, weight: Array, information: Array, ln_level: float, law: Array
+) -> float:
+    """Negative log posterior of exp(a + b (j - place)) over the coefficients j, which are written into `law`."""
+    cost = 0.5 * ((a - ln_level) / STIFFNESS_STD) ** 2 + 0.5 * (b / (SLOPE_STD * SPRING_SPACING)) ** 2
+    for j in range(law.size):
+        law[j] = math.exp(a + b * (j - place))
+    for i in range(law.size):
+        product = 0.0
+        for j in range(law.size):
+            product += weight[i, j] * law[j]
+        cost += law[i] * (0.5 * product - information[i])
+    return cost
+
+
+@compiled
+def normal_of_exponential(
+    a: float, b: float, place: float, weight: Array, information: Array, ln_level: float, law: Array
+) -> tuple[float, float, float, float, float]:
+    """Gradient of the log posterior by a and b, and its information matrix: entries aa, ab and bb."""
+    variance_a, variance_b = STIFFNESS_STD**2, (SLOPE_STD * SPRING_SPACING) ** 2
+    by_a, by_b, aa, ab, bb = (ln_level - a) / variance_a, -b / variance_b, 1.0 / variance_a, 0.0, 1.0 / variance_b
+    for i in range(law.size):
+        error, k = information[i], i - place
+        for j in range(law.size):
+            product = law[i] * weight[i, j] * law[j]
+            error -= weight[i, j] * law[j]
+            aa += product
+            ab += product * k
+            bb += product * k * (j - place)
+        by_a += law[i] * error
+        by_b += law[i] * error * k
+    return by_a, by_b, aa, ab, bb
+
+
+@compiled
+def most_probable_exponential(
+    place: float, weight: Array, information: Array, ln_level: float, law: Array, normal: Array
+) -> float:
+    """Most probable coefficients exp(a + b (j - place)) into `law`, information matrix of a and b into `normal` (2, 2).
+
+    Returns the log prior density. For a Gaussian likelihood of the coefficients with the matrix `weight` and the vector
+    `information`, and a Gaussian prior of a, with the mean `ln_level`, and b: Gauss-Newton steps, halved until the
+    probability increases.
+    """
+    a, b = ln_level, 0.0
+    cost = cost_of_exponential(a, b, place, weight, information, ln_level, law)
+    for _ in range(FIT_STEPS):
+        by_a, by_b, aa, ab, bb = normal_of_exponential(a, b, place, weight, information, ln_level, law)
+        normal[0, 0], normal[1, 1] = aa, bb
+        normal[0, 1] = normal[1, 0] = ab
+        determinant = aa * bb - ab * ab
+        step_a, step_b = (bb * by_a - ab * by_b) / determinant, (aa * by_b - ab * by_a) / determinant
+        size = max(abs(step_a), abs(step_b))
+        share = 1.0 / max(1.0, size / MAX_FIT_STEP)
+        new = cost_of_exponential(a + share * step_a, b + share * step_b, place, weight, information, ln_level, law)
+        while new > cost and share * size > MIN_FIT_STEP:
+            share *= 0.5
+            new = cost_of_exponential(a + share * step_a, b + share * step_b, place, weight, information, ln_level, law)
+        if not share * size > MIN_FIT_STEP:
+            break
+        a, b, cost = a + share * step_a, b + share * step_b, new
+    cost_of_exponential(a, b, place, weight, information, ln_level, law)
+    slope_std = SLOPE_STD * SPRING_SPACING
+    squares = ((a - ln_level) / STIFFNESS_STD) ** 2 + (b / slope_std) ** 2
+    return -0.5 * squares - math.log(STIFFNESS_STD * slope_std)
+
+
+def _ln_density(error: Array, weight: Array) -> float:
+    """Log of a Gaussian density at an error, up to a constant; `weight` is the inverse covariance."""
+    return float(0.5 * np.linalg.slogdet(weight)[1] - 0.5 * error @ weight @ error)
 
 
 def _knots(geometry: Record, span: tuple[float, float]) -> Array:

@@ -82,6 +82,7 @@ class Model(NamedTuple):
 
 MODELS = (
     Model("exponential", 0.3, spline_damper=False, delay=False, stribeck=False, shape=False),
+    Model("exponential, any damper and friction", 0.08, shape=False),
     Model("any spring", 0.2, spline_damper=False, delay=False, stribeck=False),
     Model("any spring, delay", 0.1, spline_damper=False, stribeck=False),
     Model("any damper", 0.05, delay=False, stribeck=False),
@@ -98,7 +99,8 @@ MODELS = (
         scale_density=1e-7),
 )  # fmt: skip
 GREVILLE = (np.arange(SPRING_SIZE) - 1.0 - 0.5 * INTERVALS) * SPRING_SPACING  # abscissas of the coefficients [1/k2]
-SIMPLE = slice(1, 5)  # members with any spring, without drift, relaxation and hysteresis
+NESTED = {0: 2, 1: 5}  # members with an exponential spring, by index, and what they differ from in the spring alone
+SIMPLE = slice(2, 6)  # members with any spring, without drift, relaxation and hysteresis
 
 
 def matern(at: NDArray[np.floating[Any]], length: float, std: float) -> Array:

@@ -96,7 +96,7 @@ class LawSelection:
         nis = self.bank.force_nis
         if nis is not None:
             self._mean_nis += min(dt / ADEQUACY_TIME, 1.0) * (min(nis, NIS_CAP) - self._mean_nis)
-        refuted = self.bank.exponential_evidence < -REFUTATION and self.is_rich and self.is_adequate
+        refuted = self.is_improbable and self.is_rich and self.is_adequate
         self._refuted_for = self._refuted_for + dt if refuted else 0.0
         self._inadequate_for = 0.0 if self.is_adequate else self._inadequate_for + dt
 
@@ -104,6 +104,11 @@ class LawSelection:
     def is_rich(self) -> bool:
         """Whether the motion was long and varied enough for a decision between the laws."""
         return self.bank.age > MIN_AGE and self._reversals.count >= MIN_TURNS
+
+    @property
+    def is_improbable(self) -> bool:
+        """Whether the present evidence is against the exponential law; none counts before the second repetition."""
+        return self.bank.age > MIN_AGE and self.bank.exponential_evidence < -REFUTATION
 
     @property
     def is_refuted(self) -> bool:
