@@ -1,6 +1,7 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Spline bases against scipy's B-splines and quadrature."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -112,3 +113,8 @@ def test_each_damper_integral_is_odd_and_that_of_its_spline(v):
     ]
     assert out == pytest.approx(np.array(expected), rel=1e-6, abs=1e-12)
     assert opposite == pytest.approx(-out, abs=1e-18)
+
+
+@pytest.mark.parametrize("v", [math.nan, math.inf, -math.inf])
+def test_a_speed_of_a_diverged_member_is_within_the_damping_splines(v):
+    assert 0 <= damping_spline(v, 5e-4, np.empty(3), np.empty(3)) <= DAMPER_SIZE - 3

@@ -105,7 +105,7 @@ def test_the_other_states_follow_by_their_regression_on_the_coefficients():
     assert member["mean"][0, D1] == before["mean"][0, D1]
 
 
-def test_a_linear_spring_is_no_exponential_one():
+def test_a_spring_with_a_knee_is_not_exponential():
     member, _ = observed(stiffness_at_start() * (1.5 + 0.5 * np.tanh(KNOTS)), 20.0)
     assert condition_on_exponential(member, prior(), GEOMETRY, DEFLECTION) < -20.0
 

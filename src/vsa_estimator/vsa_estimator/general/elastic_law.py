@@ -76,8 +76,7 @@ def nest(members: Record, priors: Record, geometry: Record, deflection: float) -
         one, model = members[nested : nested + 1], members["model"][nested].copy()
         one[:] = members[general]
         one["model"] = model
-        evidence = condition_on_exponential(one, priors[general : general + 1], geometry, deflection)
-        one["ln_likelihood"] += evidence
+        one["ln_likelihood"] += condition_on_exponential(one, priors[general : general + 1], geometry, deflection)
 
 
 def condition_on_exponential(member: Record, prior: Record, geometry: Record, deflection: float) -> float:
