@@ -13,8 +13,8 @@ from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.general.records import IMPEDANCE, Record
-from vsa_estimator.general.selection import LawSelection
 from vsa_estimator.law_comparison import LawComparison
+from vsa_estimator.law_selection import LawSelection
 from vsa_estimator.modes import Mode, ModeMachine
 from vsa_estimator.output.elastic_law import ElasticLaw
 from vsa_estimator.preprocessing.decimator import Decimated

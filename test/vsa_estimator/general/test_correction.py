@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from vsa_estimator.general.correction import apply_bounds, correct, correct_deflection, correct_force, reset_motion
-from vsa_estimator.general.law import LAW, general_force
+from vsa_estimator.general.law import LAW, general_force, linearize
 from vsa_estimator.general.models import MODELS, geometry_at, members_at
 from vsa_estimator.general.records import (
     D0,
@@ -132,6 +132,7 @@ def force_step(force):
 
 def gradient_of(member):
     gradient = np.zeros(SIZE)
+    linearize(member, np.zeros(1, STEP))
     force = general_force(member, GEOMETRY, COULOMB_SPEED, 0.0, gradient, np.zeros(1, LAW))
     return force, gradient
 

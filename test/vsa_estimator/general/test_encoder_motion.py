@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from vsa_estimator.general.encoder_motion import EncoderMotion
-from vsa_estimator.general.records import ENCODER, MOTION
+from vsa_estimator.general.encoder_motion import EncoderMotion, smooth
+from vsa_estimator.general.records import ENCODER, MOTION, STEP, X
 from vsa_estimator.tuning.general import DENSITY_WINDOW, MIN_SNAP_DENSITY, ONSET_TIME, SNAP_SCALE
 
 DT, VARIANCE = 0.01, 1e-10
@@ -122,3 +122,63 @@ def test_a_restart_keeps_the_density():
     motion.write(record)
     assert record["density"][0] == density
     assert record["mean"][0] == pytest.approx([0.005, 0.0, 0.0, 0.0])
+
+
+def stored(deflections, density):
+    """Steps of these deflections, all with one snap density [m^2/s^7]."""
+    steps = np.zeros(len(deflections), STEP)
+    steps["dt"], steps["deflection"], steps["deflection_variance"] = DT, deflections, VARIANCE
+    steps["encoder"]["filter_density"] = density
+    return steps
+
+
+def by_all_deflections(deflections, density, mean, covariance):
+    """Motions (n, 4) and covariances (n, 4, 4) by all deflections: conditional moments of the joint Gaussian."""
+    n, powers = len(deflections), np.arange(MOTION)
+    lag = powers[None] - powers[:, None]
+    step = np.where(lag >= 0, DT ** np.maximum(lag, 0) / np.array([1, 1, 2, 6])[np.maximum(lag, 0)], 0.0)
+    rest, factorial = 3 - powers, np.array([6, 2, 1, 1])
+    noise = density * DT ** (rest[:, None] + rest[None] + 1.0) / (rest[:, None] + rest[None] + 1.0)
+    noise /= np.outer(factorial, factorial)
+    joint, prior = np.zeros((n, MOTION, n, MOTION)), np.zeros((n, MOTION))
+    for k in range(n):
+        covariance = step @ covariance @ step.T + noise
+        prior[k] = mean = step @ mean
+        ahead = covariance
+        for later in range(k, n):
+            joint[later, :, k], joint[k, :, later] = ahead, ahead.T
+            ahead = step @ ahead
+    measured = joint[:, X, :, X] + VARIANCE * np.eye(n)
+    gain = np.linalg.solve(measured, joint[:, X].reshape(n, -1)).T
+    posterior = joint.reshape(n * MOTION, -1) - gain @ joint[:, X].reshape(n, -1)
+    motion = prior + (gain @ (deflections - prior[:, X])).reshape(n, MOTION)
+    return motion, np.array([posterior[k : k + MOTION, k : k + MOTION] for k in range(0, n * MOTION, MOTION)])
+
+
+def test_a_smoothed_motion_is_that_by_all_deflections():
+    density, mean, covariance = 0.1, np.array([0.01, 0.0, 0.0, 0.0]), np.diag([1e-8, 1e-6, 1e-4, 1e-2])
+    _, measured = white_snap(density, 40, seed=4)
+    steps, running = stored(measured, density), (mean[:, None].copy(), covariance.copy())
+    for first, count, lag in ((0, 10, 20), (10, 5, 25)):
+        smooth(steps[first : first + count + lag], count, *running)
+        data = measured[: first + count + lag]
+        motion, covariances = by_all_deflections(data, density, mean, covariance)
+        part = slice(first, first + count)
+        std = np.sqrt(np.diagonal(covariances[part], axis1=1, axis2=2))
+        assert (steps["smoothed"][part] - motion[part]) / std == pytest.approx(0.0, abs=1e-5)
+        scale = std[:, :, None] * std[:, None]
+        assert steps["smoothed_covariance"][part] / scale == pytest.approx(covariances[part] / scale, abs=1e-5)
+
+
+def test_a_gap_separates_the_smoothed_motions():
+    _, measured = white_snap(0.1, 30, seed=5)
+    before, both = stored(measured[:15], 0.1), stored(measured, 0.1)
+    both["deflection"][15:] += 1e-3
+    both["gap"][15] = True
+    both["encoder"]["mean"][15, X], both["encoder"]["covariance"][15] = measured[15] + 1e-3, np.eye(MOTION)
+    for steps in (before, both):
+        mean, covariance = np.zeros((MOTION, 1)), np.diag([1e-8, 1e-6, 1e-4, 1e-2])
+        mean[X] = 0.01
+        smooth(steps, steps.size, mean, covariance)
+    assert np.array_equal(both["smoothed"][:15], before["smoothed"])
+    assert both["smoothed"][16:, X] == pytest.approx(measured[16:] + 1e-3, abs=5e-5)

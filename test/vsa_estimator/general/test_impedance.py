@@ -3,7 +3,9 @@
 
 import numpy as np
 import pytest
+from vsa_estimator.general.basis import locate
 from vsa_estimator.general.impedance import damping, ln_stiffness, member_impedance, mixture
+from vsa_estimator.general.lack_of_fit import interpolation_variance
 from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.models import MODELS, geometry_at, members_at
 from vsa_estimator.general.records import DAMPER, DAMPER_SIZE, IMPEDANCE, INTERVALS, SIZE, SPRING, SPRING_SIZE, V, X
@@ -85,6 +87,14 @@ def test_stiffness_and_damping_are_the_derivatives_of_the_force(index):
     assert slope == pytest.approx((outputs(beyond)[0][0] - ln) / 1e-6, rel=1e-2)
 
 
+def between_knots(member):
+    """Variance of ln stiffness by features of the law between the knots."""
+    at, geometry = member["mean"][0, X], GEOMETRY[0]
+    interval, _ = locate(at, geometry["origin"], geometry["spacing"])
+    relative = np.exp(outputs(member)[0][0] - geometry["growth"] * (at - geometry["reference"]))
+    return interpolation_variance(member, interval) / relative**2
+
+
 def test_the_variances_are_quadratic_forms_of_covariance_and_bias():
     member, out = members()[3:4], np.zeros(1, IMPEDANCE)
     member["bias"][0] = 0.1 * np.sqrt(np.diag(member["covariance"][0]))
@@ -92,6 +102,7 @@ def test_the_variances_are_quadratic_forms_of_covariance_and_bias():
     _, gradients = outputs(member)
     for name, gradient in zip(("ln_stiffness", "slope", "damping"), gradients, strict=True):
         expected = gradient @ member["covariance"][0] @ gradient + (gradient @ member["bias"][0]) ** 2
+        expected += between_knots(member) if name == "ln_stiffness" else 0.0
         assert out[name + "_variance"][0] == pytest.approx(expected, rel=1e-9)
 
 
@@ -100,7 +111,9 @@ def test_the_variances_grow_with_the_lack_of_fit():
     member_impedance(member, GEOMETRY, plain)
     member["stiffness_inflation"], member["damping_inflation"] = 5.0, 3.0
     member_impedance(member, GEOMETRY, inflated)
-    assert inflated["ln_stiffness_variance"] == pytest.approx(5.0 * plain["ln_stiffness_variance"])
+    between = between_knots(member)
+    expected = between + 5.0 * (plain["ln_stiffness_variance"] - between)
+    assert inflated["ln_stiffness_variance"] == pytest.approx(expected)
     assert inflated["damping_variance"] == pytest.approx(3.0 * plain["damping_variance"])
 
 

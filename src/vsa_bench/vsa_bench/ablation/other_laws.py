@@ -46,7 +46,7 @@ def with_other_laws(seconds: float | None = None) -> Iterator[OtherLaw]:
 
 def run_bank(recording: OtherLaw) -> tuple[Figures, str]:
     """Figures and digest of the bank; its stiffness and damping count as valid where it is comparable to the filter."""
-    from vsa_estimator.general.selection import LawSelection
+    from vsa_estimator.law_selection import LawSelection
     from vsa_estimator.settings import EstimatorConfig
 
     config = build(EstimatorConfig, recording.parameters)

@@ -2,90 +2,41 @@
 """Bank of filters of the general transmission (multiple model; Bar-Shalom, Li and Kirubarajan, ch. 11).
 
 All members run on the same steps. Their likelihoods give the probabilities of the mixture. At a few ages the bank
-repeats all its steps from the prior, in slices, with the gradient by the motion at its own estimate: an extended Kalman
-filter whose first gradients were wrong keeps a bias (iterated filter; Jazwinski, 1970, ch. 8).
+repeats all its steps from the prior, in slices, linearised at its own coefficients and at the smoothed motion: an
+extended Kalman filter whose first gradients were wrong keeps a bias (iterated smoother; Bell, 1994).
 """
 
 import copy
 import math
 
 import numpy as np
-from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
-from vsa_estimator.general.elastic_law import elastic_law, fitted_growth, nest
-from vsa_estimator.general.encoder_motion import EncoderMotion, is_moving
+from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
+from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
-from vsa_estimator.general.models import MODELS, NESTED, SIMPLE, geometry_at, members_at, with_growth
-from vsa_estimator.general.prediction import add_shift_noise, drop_innovation, predict_member
-from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, L, Record, V, X
+from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
+from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, X
+from vsa_estimator.general.repetition import Repetition, advance, shift_geometry, shift_members
 from vsa_estimator.settings import Initial
-from vsa_estimator.tuning.filter import STATIONARY_TIME
 from vsa_estimator.tuning.general import (
-    MAX_EVIDENCE,
     MIN_GROWTH,
     RELINEARIZATION_TIMES,
     REPEATED_TIME,
     SLOPE_STD,
-    STEPS_PER_SLICE,
+    SMOOTHING_LAG,
 )
-
-
-@compiled
-def advance_member(member: Record, geometry: Record, step: Record) -> None:
-    """One step of a member, (1,) MEMBER."""
-    one, now = member[0], step[0]
-    predict_member(member, geometry, now["dt"], now["encoder"]["density"])
-    if not correct_deflection(member, now["deflection"], now["deflection_variance"]):
-        reset_motion(member, step["encoder"])
-    drop_innovation(member)
-    moves = is_moving(one["mean"][V], one["covariance"][V, V])
-    one["time_since_motion"] = 0.0 if moves else one["time_since_motion"] + now["dt"]
-    if np.isnan(now["force"]) or one["time_since_motion"] >= STATIONARY_TIME:
-        return
-    if not now["relinearizing"]:
-        one["linear"][:] = one["mean"]
-    correct_force(member, geometry, step)
-
-
-@compiled
-def advance(members: Record, geometry: Record, step: Record) -> None:
-    """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one, or -inf: it has diverged."""
-    now = step[0]
-    if now["gap"]:
-        for m in range(members.size):
-            reset_motion(members[m : m + 1], step["encoder"])
-            drop_innovation(members[m : m + 1])
-            add_shift_noise(members[m : m + 1], geometry, now["deflection_variance"], now["force_variance"])
-        return
-    best = -np.inf
-    for m in range(members.size):
-        advance_member(members[m : m + 1], geometry, step)
-        if not np.isfinite(members[m]["ln_likelihood"]):
-            members[m]["ln_likelihood"] = -np.inf
-        best = max(best, members[m]["ln_likelihood"])
-    for m in range(members.size):
-        if np.isfinite(members[m]["ln_likelihood"]):
-            members[m]["ln_likelihood"] = max(members[m]["ln_likelihood"] - best, -MAX_EVIDENCE)
-
-
-@compiled
-def repeat(members: Record, geometry: Record, steps: Record) -> None:
-    """Advance all members through `steps`, (n,) STEP."""
-    for i in range(steps.size):
-        advance(members, geometry, steps[i : i + 1])
 
 
 class Bank:
     """All members, their repetition, and the impedance of their mixture."""
 
-    _geometry: Record  # (1,) GEOMETRY, from the first step on, like the next
-    _repeated_geometry: Record
+    _geometry: Record  # (1,) GEOMETRY, from the first step on
 
     def __init__(self, initial: Initial, rate: float) -> None:
         """`initial` coefficients of the prior; `rate` of the filter [Hz]."""
         self._initial = initial
         self._buffer = np.zeros(int(REPEATED_TIME * rate) + 1, STEP)
+        self._lag = round(SMOOTHING_LAG * rate)
         self.restart()
 
     def restart(self) -> None:
@@ -99,8 +50,7 @@ class Bank:
         self._count, self._checks = 0, list(RELINEARIZATION_TIMES)
         self.repetitions = 0  # completed ones
         self._span = (math.inf, -math.inf)  # of the deflections [m]
-        self._repeated: Record | None = None  # members of a running repetition
-        self._done = 0  # steps of the buffer that it has repeated
+        self._repetition: Repetition | None = None  # that is running
 
     def interrupt(self, deflection: float, variance: float, shift: tuple[float, float] = (0.0, 0.0)) -> None:
         """Reset the motion to a deflection [m] of this variance [m^2] after a gap; the coefficients stay.
@@ -120,7 +70,7 @@ class Bank:
     def copied(self) -> "Bank":
         """The bank without a running repetition. Only one of the two may go on: they share the stored steps."""
         other, shared = copy.copy(self), self._buffer
-        other._buffer, other._repeated = np.zeros(0, STEP), None
+        other._buffer, other._repetition = np.zeros(0, STEP), None
         other = copy.deepcopy(other)
         other._buffer = shared
         return other
@@ -129,13 +79,11 @@ class Bank:
         """Shift the law: encoder and force sensor read `deflection` [m] and `force` [N] more from now on."""
         if self._members is None:
             return
-        for geometry in (self._geometry, self._repeated_geometry):
-            geometry["reference"] += deflection
-            geometry["origin"] += deflection
-        for members in (self._members, self._prior, self._repeated):
-            if members is not None:
-                members["mean"][:, X] += deflection
-                members["mean"][:, L] += force
+        shift_geometry(self._geometry, deflection)
+        for members in (self._members, self._prior):
+            shift_members(members, deflection, force)
+        if self._repetition is not None:
+            self._repetition.shift(deflection, force)
         self._buffer["deflection"] += deflection
         self._buffer["encoder"]["mean"][:, X] += deflection
         self._buffer["force"] += force
@@ -143,8 +91,11 @@ class Bank:
 
     def exclude_exponential(self) -> None:
         """Give the exponential law the probability zero until the next start."""
-        if self._members is not None:
-            self._members["model"]["ln_prior"][0] = -math.inf
+        if self._members is None:
+            return
+        self._members["model"]["ln_prior"][0] = self._prior["model"]["ln_prior"][0] = -math.inf
+        if self._repetition is not None:
+            self._repetition.members["model"]["ln_prior"][0] = -math.inf
 
     def step(self, dt: float, deflection: tuple[float, float], force: tuple[float, float]) -> None:
         """One step dt [s] after the last; `deflection` [m] and `force` [N] with their variances, NaN for no force."""
@@ -165,24 +116,14 @@ class Bank:
     @property
     def is_repeating(self) -> bool:
         """Whether a repetition is running."""
-        return self._repeated is not None
+        return self._repetition is not None
 
     def repeat_slice(self) -> None:
-        """Repeat some steps of the running repetition; at its end its members replace the live ones.
-
-        Those with an exponential spring then follow from the others.
-        """
-        if self._repeated is None:
-            return
-        steps = self._buffer[self._done : min(self._done + STEPS_PER_SLICE, self._count)]
-        steps["relinearizing"] = True
-        repeat(self._repeated, self._repeated_geometry, steps)
-        self._done += len(steps)
-        if self._done == self._count and self._members is not None:
+        """Do one slice of the running repetition; at its end its members replace the live ones."""
+        if self._repetition and self._repetition.advance(self._buffer[: self._count], 0.5 * sum(self._span)):
             self.repetitions += 1
-            self._geometry = self._repeated_geometry.copy()
-            self._members[len(NESTED) :], self._repeated = self._repeated, None
-            nest(self._members, self._prior, self._geometry, 0.5 * sum(self._span))
+            self._members, self._geometry = self._repetition.members, self._repetition.geometry
+            self._repetition = None
             self._mix(self._members)
 
     @property
@@ -212,7 +153,6 @@ class Bank:
             return
         x, variance = deflection
         self._geometry = geometry_at(self._initial, x, self._initial.k2)
-        self._repeated_geometry = self._geometry.copy()
         self._members = members_at(self._initial, x, force[0], variance)
         self._prior = self._members.copy()  # of repetitions
         self._encoder.restart(x, variance)
@@ -225,22 +165,20 @@ class Bank:
 
     def _store(self, step: Record) -> None:
         """Keep a step for repetitions, and begin one that is due."""
-        if not self._checks and self._repeated is None:
+        if not self._checks and self._repetition is None:
             return
         if self._count == len(self._buffer):
             self._checks.clear()
-            self._repeated = None
+            self._repetition = None
             return
         self._buffer[self._count] = step[0]
         self._count += 1
-        if self._checks and self._repeated is None and self.age >= self._checks[0] and self._members is not None:
+        if self._checks and self._repetition is None and self.age >= self._checks[0] and self._members is not None:
             self._checks.pop(0)
-            self._repeated = self._prior[len(NESTED) :].copy()
-            self._repeated_geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), self._growth())
-            linear = self._members["mean"][len(NESTED) :].copy()
-            linear[:, SPRING:] = with_growth(linear[:, SPRING:], self._geometry, self._repeated_geometry)
-            self._repeated["linear"] = linear
-            self._done = 0
+            geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), self._growth())
+            coefficients = self._members["mean"].copy()
+            coefficients[:, SPRING:] = with_growth(coefficients[:, SPRING:], self._geometry, geometry)
+            self._repetition = Repetition(self._prior, coefficients, geometry, self._lag)
 
     def _growth(self) -> float:
         """kappa [1/m] of the exponential law that fits the elastic law of the most probable simple member best."""

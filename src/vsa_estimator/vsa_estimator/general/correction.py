@@ -9,7 +9,7 @@ from vsa_common.types import Array
 from vsa_estimator.filter.ekf import inflate_innovation
 from vsa_estimator.force_law.friction import friction_model_std, smoothing_speed
 from vsa_estimator.general.basis import damping_spline
-from vsa_estimator.general.law import LAW, general_force
+from vsa_estimator.general.law import LAW, general_force, linearize
 from vsa_estimator.general.records import (
     D0,
     D1,
@@ -128,9 +128,9 @@ def correct_deflection(member: Record, measured: float, noise: float) -> bool:
 
 
 @compiled
-def second_order(member: Record, geometry: Record, law: Record) -> tuple[float, float, float, float]:
+def second_order(member: Record, geometry: Record, law: Record, smoothed: bool) -> tuple[float, float, float, float]:
     """Second-order terms of the force: mean [N], variance [N^2]; variances of stiffness and damping at the motion."""
-    p, out = member[0]["covariance"], law[0]
+    p, motion, out = member[0]["covariance"], member[0]["linear_covariance"], law[0]
     first, w = SPRING + out["interval"], out["factor"] * out["weights"]
     by_x, stiffness, by_v, damping = 0.0, 0.0, 0.0, 0.0
     for j in range(4):
@@ -148,19 +148,21 @@ def second_order(member: Record, geometry: Record, law: Record) -> tuple[float, 
         cubic = 3.0 * out["clipped"] * out["clipped"]
         by_v = out["below_peak"] * (p[V, D1] + cubic * p[V, D2])
         damping = out["below_peak"] * (p[D1, D1] + 2.0 * cubic * p[D1, D2] + cubic * cubic * p[D2, D2])
-    bend = out["stiffness_slope"] * p[X, X]
-    variance = 0.5 * bend * bend + out["damper_variance"] + p[X, X] * stiffness + by_x * by_x
-    variance += p[V, V] * damping + by_v * by_v + p[A, A] * p[M, M]
-    return 0.5 * bend + by_x + by_v + p[A, M], variance, stiffness, damping
+    bend = out["stiffness_slope"] * motion[X, X]
+    variance = 0.5 * bend * bend + out["damper_variance"] + motion[X, X] * stiffness
+    variance += motion[V, V] * damping + motion[A, A] * p[M, M]
+    if smoothed:  # independent of the errors of the coefficients
+        return 0.5 * bend, variance, stiffness, damping
+    return 0.5 * bend + by_x + by_v + p[A, M], variance + by_x * by_x + by_v * by_v, stiffness, damping
 
 
 @compiled
 def reversal_variance(member: Record, law: Record, dt: float) -> float:
     """Variance [N^2] of the Coulomb model error around zero velocity, correlated over the time at rest."""
     one = member[0]
-    z, p = one["mean"], one["covariance"]
-    error = max(REVERSAL_SHARE * (abs(law[0]["friction"]) + math.sqrt(p[D0, D0])), MIN_REVERSAL_FORCE)
-    error *= math.exp(-(z[V] ** 2) / (REVERSAL_SPEED**2 + 2.0 * p[V, V]))
+    friction = abs(law[0]["friction"]) + math.sqrt(one["covariance"][D0, D0])
+    near = math.exp(-(one["linear"][V] ** 2) / (REVERSAL_SPEED**2 + 2.0 * one["linear_covariance"][V, V]))
+    error = max(REVERSAL_SHARE * friction, MIN_REVERSAL_FORCE) * near
     return float(error * error * max(1.0, max(REVERSAL_TIME, one["time_since_motion"]) / dt))
 
 
@@ -182,11 +184,10 @@ def partial_update(member: Record, law: Record, stiffness: float, damping: float
     The mass without a significant acceleration; the motion while stiffness or damping at it, whose variances are
     given, are too uncertain: the force would pull the motion with a wrong gradient.
     """
-    one = member[0]
-    z, p = one["mean"], one["covariance"]
-    if z[A] ** 2 < 9.0 * p[A, A]:
+    linear = member[0]["linear"]
+    if linear[A] ** 2 < 9.0 * member[0]["linear_covariance"][A, A]:
         gain[M] = 0.0
-    least = MIN_DAMPING_SHARE * max(one["linear"][D1], one["linear"][DAMPER])
+    least = MIN_DAMPING_SHARE * max(linear[D1], linear[DAMPER])
     tolerance = MAX_DAMPING_UNCERTAINTY * max(abs(law[0]["damper_slope"]), least)
     if stiffness > (MAX_STIFFNESS_UNCERTAINTY * law[0]["stiffness"]) ** 2 or damping > tolerance * tolerance:
         gain[:MOTION] = 0.0
@@ -195,13 +196,15 @@ def partial_update(member: Record, law: Record, stiffness: float, damping: float
 @compiled
 def correct_force(member: Record, geometry: Record, step: Record) -> None:
     """Update by the force of `step`, (1,) STEP; beyond the gate it is rejected."""
+    linearize(member, step)
     one, now = member[0], step[0]
     z, p, bias, gain, dt = one["mean"], one["covariance"], one["bias"], one["gain"], now["dt"]
+    linear, speed_variance = one["linear"], one["linear_covariance"][V, V]
     active = one["active"][: one["count"]]
     gradient, law = np.zeros(SIZE), np.empty(1, LAW)
-    coulomb_speed = smoothing_speed(z[A], p[V, V], dt)
-    expected = general_force(member, geometry, coulomb_speed, math.sqrt(p[V, V]), gradient, law)
-    mean, spread, stiffness, damping = second_order(member, geometry, law)
+    coulomb_speed = smoothing_speed(linear[A], speed_variance, dt)
+    expected = general_force(member, geometry, coulomb_speed, math.sqrt(speed_variance), gradient, law)
+    mean, spread, stiffness, damping = second_order(member, geometry, law, now["relinearizing"])
     own = CROSS_NOISE_SHARE * law[0]["stiffness"] ** 2 * now["deflection_variance"]
     ph = np.zeros(SIZE)
     variance = now["force_variance"] + spread + reversal_variance(member, law, dt) + own
@@ -224,9 +227,8 @@ def correct_force(member: Record, geometry: Record, step: Record) -> None:
     inflated = inflate_innovation(nis, variance, FORCE_INFLATION)
     gain[:] = ph / inflated
     partial_update(member, law, stiffness, damping, gain)
-    error = friction_model_std(z[V], abs(law[0]["friction"]), coulomb_speed)
-    for j in active:
-        error -= gradient[j] * bias[j]
+    error = friction_model_std(linear[V], abs(law[0]["friction"]), coulomb_speed)
+    error -= np.sum(gradient * bias)
     bias += gain * error
     correct(member, ph, gain, innovation, inflated - own)
     apply_bounds(z)

@@ -7,6 +7,7 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.general.basis import add_integrals, elastic_spline, locate
+from vsa_estimator.general.lack_of_fit import interpolation_variance
 from vsa_estimator.general.models import NESTED
 from vsa_estimator.general.records import INTERVALS, SIZE, SPRING, SPRING_SIZE, L, Record
 from vsa_estimator.tuning.general import (
@@ -38,6 +39,8 @@ def elastic_law(
     basis = np.array([_basis(geometry, x) for x in knots])  # (n, SPRING_SIZE)
     grown = geometry["growth"][0] * (knots - geometry["reference"][0])
     at_first = _integrals(geometry, knots[0])
+    intervals = np.array([locate(x, geometry["origin"][0], geometry["spacing"][0])[0] for x in knots])
+    used = range(intervals[0], intervals[-1] + 1)
     kept = probabilities >= MIN_PROBABILITY
     weights = probabilities[kept] / probabilities[kept].sum()
     mean, square, force = np.zeros(len(knots)), np.zeros((len(knots), len(knots))), 0.0
@@ -48,8 +51,10 @@ def elastic_law(
         ln_stiffness, gradient = grown + np.log(relative), basis / relative[:, None]
         bias = gradient @ one["bias"][SPRING:]
         covariance = gradient @ one["covariance"][SPRING:, SPRING:] @ gradient.T + np.outer(bias, bias)
+        between = np.array([interpolation_variance(one.reshape(1), i) for i in used])[intervals - used.start]
         mean += weight * ln_stiffness
-        square += weight * (max(one["stiffness_inflation"], 1.0) * covariance + np.outer(ln_stiffness, ln_stiffness))
+        covariance = max(one["stiffness_inflation"], 1.0) * covariance + np.diag(between / relative**2)
+        square += weight * (covariance + np.outer(ln_stiffness, ln_stiffness))
         force += weight * float(one["mean"][L] + at_first @ coefficients)
     return knots, mean, square - np.outer(mean, mean) + STIFFNESS_BIAS**2, force
 
@@ -67,16 +72,16 @@ def fitted_growth(knots: Array, ln_stiffness: Array, covariance: Array, prior: t
     return float(np.linalg.solve(normal[:, :2], normal[:, 2])[1])
 
 
-def nest(members: Record, priors: Record, geometry: Record, deflection: float) -> None:
-    """Replace the nested of the members (n,) MEMBER by what they differ from in the spring, with an exponential spring.
+def nest(members: Record, priors: Record, geometry: Record, deflection: float, nested: int) -> None:
+    """Replace the member `nested` of (n,) MEMBER by the one it differs from in the spring, with an exponential spring.
 
     `priors`: (n,) MEMBER at the start; see `condition_on_exponential`.
     """
-    for nested, general in NESTED.items():
-        one, model = members[nested : nested + 1], members["model"][nested].copy()
-        one[:] = members[general]
-        one["model"] = model
-        one["ln_likelihood"] += condition_on_exponential(one, priors[general : general + 1], geometry, deflection)
+    one, general, model = members[nested : nested + 1], NESTED[nested], members["model"][nested].copy()
+    one[:] = members[general]
+    one["model"] = model
+    one["ln_likelihood"] += condition_on_exponential(one, priors[general : general + 1], geometry, deflection)
+    one["linear"] = one["mean"]
 
 
 def condition_on_exponential(member: Record, prior: Record, geometry: Record, deflection: float) -> float:

@@ -1,5 +1,5 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Motion from the encoder alone: a bank of filters over the density of white snap, and the most likely one."""
+"""Motion from the encoder alone: filters over the density of white snap, the most likely one, and a smoother."""
 
 import math
 from collections import deque
@@ -122,4 +122,68 @@ class EncoderMotion:
         self.is_onset = is_faster or self._since_start < ONSET_TIME
         if is_faster:
             used, density = top, max(density, SNAP_SCALE * float(CANDIDATES[top]))
-        encoder["mean"], encoder["covariance"], encoder["density"] = self._means[used], self._covariances[used], density
+        encoder["mean"], encoder["covariance"] = self._means[used], self._covariances[used]
+        encoder["density"], encoder["filter_density"] = density, CANDIDATES[used]
+
+
+@compiled
+def filter_deflection(step: Record, mean: Array, covariance: Array) -> None:
+    """Advance `mean` (MOTION, 1) and `covariance` by the deflection of `step`, (1,) STEP, into its `smoothed`."""
+    now = step[0]
+    if now["gap"]:
+        mean[:, 0] = now["encoder"]["mean"]
+        covariance[:] = now["encoder"]["covariance"]
+    else:
+        integrate(mean, now["dt"])
+        integrate(covariance, now["dt"])
+        integrate(covariance.T, now["dt"])
+        add_snap_noise(covariance, now["encoder"]["filter_density"], now["dt"])
+        gain = covariance[:, 0] / (covariance[0, 0] + now["deflection_variance"])
+        mean[:, 0] += gain * (now["deflection"] - mean[0, 0])
+        covariance -= np.outer(gain, covariance[0])
+    now["smoothed"][:] = mean[:, 0]
+    now["smoothed_covariance"][:] = covariance
+
+
+@compiled
+def add_congruence(outer: Array, inner: Array, sign: float, result: Array) -> None:
+    """Add `sign` * `outer`' `inner` `outer`, all (MOTION, MOTION), to `result`."""
+    for i in range(MOTION):
+        for j in range(MOTION):
+            for m in range(MOTION):
+                for n in range(MOTION):
+                    result[i, j] += sign * outer[m, i] * inner[m, n] * outer[n, j]
+
+
+@compiled
+def smooth(steps: Record, count: int, mean: Array, covariance: Array) -> None:
+    """Write the motion of the first `count` of `steps` (n,) STEP by all their deflections into `smoothed`.
+
+    `mean` (MOTION, 1) and `covariance` are those before the first step, then those after `count`. Modified
+    Bryson-Frazier smoother (Bierman, 1973): no covariance is inverted.
+    """
+    ahead, ahead_covariance = mean.copy(), covariance.copy()
+    for k in range(steps.size):
+        filter_deflection(steps[k : k + 1], ahead, ahead_covariance)
+        if k == count - 1:
+            mean[:], covariance[:] = ahead, ahead_covariance
+    score, information = np.zeros(MOTION), np.zeros((MOTION, MOTION))  # of the later deflections
+    for k in range(steps.size - 1, -1, -1):
+        now, noise, closed = steps[k], steps[k]["deflection_variance"], np.eye(MOTION)
+        residual, p = now["deflection"] - now["smoothed"][0], now["smoothed_covariance"].copy()
+        if k < count:
+            for i in range(MOTION):
+                now["smoothed"][i] += np.sum(p[i] * score)
+            add_congruence(p, information, -1.0, now["smoothed_covariance"])
+        later, later_score = information.copy(), score.copy()
+        score[:] = 0.0
+        information[:] = 0.0
+        if not now["gap"]:
+            integrate(closed, now["dt"])
+            row = closed[0].copy()
+            closed -= np.outer(p[:, 0], row) / noise  # of the error, over the step and its update
+            score += residual / noise * row
+            information += (1.0 - p[0, 0] / noise) / noise * np.outer(row, row)
+            for i in range(MOTION):
+                score += closed[i] * later_score[i]
+            add_congruence(closed, later, 1.0, information)

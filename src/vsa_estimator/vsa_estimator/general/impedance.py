@@ -8,8 +8,8 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.force_law.damper import damping as paper_damping
 from vsa_estimator.force_law.damper import damping_slope, peak_speed
-from vsa_estimator.general.basis import damping_spline, elastic_spline
-from vsa_estimator.general.lack_of_fit import inflation
+from vsa_estimator.general.basis import damping_spline, elastic_spline, locate
+from vsa_estimator.general.lack_of_fit import inflation, interpolation_variance
 from vsa_estimator.general.records import (
     D0,
     D1,
@@ -88,7 +88,7 @@ def quadratic_form(member: Record, gradient: Array) -> float:
 @compiled
 def member_impedance(member: Record, geometry: Record, out: Record) -> None:
     """Stiffness and damping of a member with variances inflated by its lack of fit, into `out`, (1,) IMPEDANCE."""
-    one, o = member[0], out[0]
+    one, o, now = member[0], out[0], geometry[0]
     of_stiffness, of_damping, of_slope = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
     o["ln_stiffness"], o["slope"] = ln_stiffness(member, geometry, of_stiffness, of_slope)
     value, slope, beyond = damping(member, geometry, of_damping)
@@ -100,6 +100,9 @@ def member_impedance(member: Record, geometry: Record, out: Record) -> None:
         influence = np.sum(of_damping * one["gain"])
         one["damping_inflation"] = inflation(one["damping_lack"], influence, one["innovation"], variance)
     o["ln_stiffness_variance"] = quadratic_form(member, of_stiffness) * max(one["stiffness_inflation"], 1.0)
+    interval, _ = locate(one["mean"][X], now["origin"], now["spacing"])
+    grown = now["growth"] * (one["mean"][X] - now["reference"])
+    o["ln_stiffness_variance"] += interpolation_variance(member, interval) * math.exp(2.0 * (grown - o["ln_stiffness"]))
     o["slope_variance"] = quadratic_form(member, of_slope) * max(one["stiffness_inflation"], 1.0)
     o["damping_variance"] = quadratic_form(member, of_damping) * max(one["damping_inflation"], 1.0)
     spline = one["model"]["spline_damper"]

@@ -1,8 +1,9 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Force of the general transmission with its gradient.
 
-The gradient by the motion uses the coefficients `linear`: those of the state while the bank runs live, those of the
-bank's last pass while it repeats its buffer. The force itself is linear in the coefficients of the state.
+It is linearised at `linear`: the state itself while the bank runs live; the smoothed motion and the coefficients of the
+bank's last pass while it repeats its stored steps (iterated extended Kalman smoother; Bell, 1994). At the motion of
+`linear` the force is exactly linear in the coefficients of the state.
 """
 
 import math
@@ -22,6 +23,7 @@ from vsa_estimator.general.records import (
     DELAY,
     HYSTERESIS,
     HYSTERESIS_SIZE,
+    MOTION,
     RELAXATION,
     RELAXATION_SIZE,
     SPRING,
@@ -53,6 +55,18 @@ LAW = np.dtype([
     ("below_peak", "f8"), ("clipped", "f8"),  # of the paper's damper
     ("friction", "f8"), ("friction_slope", "f8"),  # amplitude [N], slope [N s/m]
 ])  # fmt: skip
+
+
+@compiled
+def linearize(member: Record, step: Record) -> None:
+    """Set the point at which the force of `step`, (1,) STEP, is linearised."""
+    one, now = member[0], step[0]
+    if now["relinearizing"]:
+        one["linear"][:MOTION] = now["smoothed"]
+        one["linear_covariance"][:] = now["smoothed_covariance"]
+    else:
+        one["linear"][:] = one["mean"]
+        one["linear_covariance"][:] = one["covariance"][:MOTION, :MOTION]
 
 
 @compiled
@@ -136,9 +150,9 @@ def general_force(
     friction, `speed_std` [m/s] is the standard deviation of the speed.
     """
     z, linear, out = member[0]["mean"], member[0]["linear"], law[0]
-    delay, v, a = z[DELAY], z[V], z[A]
+    delay, v, a = linear[DELAY], linear[V], linear[A]
     gradient[:] = 0.0
-    out["deflection"] = z[X] - delay * v + 0.5 * delay * delay * a
+    out["deflection"] = linear[X] - delay * v + 0.5 * delay * delay * a
     out["speed"] = v - delay * a
     force = z[L] + z[M] * a + add_spring(member, geometry, gradient, law)
     force += add_damper(member, geometry, speed_std, gradient, law)
@@ -157,4 +171,6 @@ def general_force(
     gradient[V] = by_speed - delay * stiffness
     gradient[A] = linear[M] + 0.5 * delay * delay * stiffness - delay * by_speed
     gradient[DELAY] = -stiffness * (v - delay * a) - by_speed * a
+    for i in (X, V, A, DELAY):
+        force += gradient[i] * (z[i] - linear[i])
     return force

@@ -53,7 +53,8 @@ MEMBER = np.dtype([
     ("mean", "f8", (SIZE,)), ("covariance", "f8", (SIZE, SIZE)),
     ("bias", "f8", (SIZE,)),  # sensitivity of the mean to the form of the friction law (consider parameter)
     ("gain", "f8", (SIZE,)),  # of the last force
-    ("linear", "f8", (SIZE,)),  # coefficients of the gradient by the motion
+    ("linear", "f8", (SIZE,)),  # state at which the force is linearised
+    ("linear_covariance", "f8", (MOTION, MOTION)),  # of the motion in it
     ("active", "i8", (SIZE,)), ("count", "i8"),  # indices of the states that the model has
     ("relaxation", "f8", (RELAXATION_SIZE,)), ("stop", "f8", (HYSTERESIS_SIZE,)),
     ("stiffness", "f8"),  # at the last step [N/m]
@@ -73,15 +74,17 @@ GEOMETRY = np.dtype([
 ], align=True)  # fmt: skip
 
 ENCODER = np.dtype([  # motion from the encoder alone
-    ("mean", "f8", (MOTION,)), ("covariance", "f8", (MOTION, MOTION)), ("density", "f8"),  # of white snap [m^2/s^7]
+    ("mean", "f8", (MOTION,)), ("covariance", "f8", (MOTION, MOTION)),
+    ("density", "f8"), ("filter_density", "f8"),  # of white snap for the members, and of the motion here [m^2/s^7]
 ], align=True)  # fmt: skip
 
 STEP = np.dtype([
     ("dt", "f8"), ("deflection", "f8"), ("deflection_variance", "f8"),
     ("force", "f8"), ("force_variance", "f8"),  # force NaN: none
     ("gap", "?"),  # before this step: the motion is reset to that of the encoder; both variances are those of a shift
-    ("relinearizing", "?"),  # whether the gradient uses the member's `linear`
+    ("relinearizing", "?"),  # whether the force is linearised at `smoothed` and the member's coefficients in `linear`
     ("encoder", ENCODER),
+    ("smoothed", "f8", (MOTION,)), ("smoothed_covariance", "f8", (MOTION, MOTION)),  # motion by later deflections, too
 ], align=True)  # fmt: skip
 
 IMPEDANCE = np.dtype([

@@ -7,6 +7,7 @@ from vsa_common.tuning import constant
 
 _constant = partial(constant, module=__name__)
 _MEASURED = "docs/decisions/0014-general-law.md"
+_SMOOTHED = "docs/decisions/0022-smoothed-repetition.md"
 _BANK = "docs/decisions/0018-evidence.md"
 
 # Force law
@@ -70,10 +71,12 @@ MIN_DAMPING_SHARE = _constant("MIN_DAMPING_SHARE", 0.2, "1", 0.05, 0.5,
     "lower limit of the damping in that ratio, relative to the damping at rest", _MEASURED)  # fmt: skip
 UNEXPLAINED_TIME = _constant("UNEXPLAINED_TIME", 5.0, "s", 1.0, 30.0,
     "time constant of the unexplained variance of the force", _MEASURED)  # fmt: skip
-RELINEARIZATION_TIMES = _constant("RELINEARIZATION_TIMES", (3.0, 6.0, 10.0, 15.0), "s", 1.0, 120.0,
-    "ages of the bank at which it repeats its data with the gradient of its own estimate", _MEASURED)  # fmt: skip
+RELINEARIZATION_TIMES = _constant("RELINEARIZATION_TIMES", (2.0, 4.0, 6.0, 8.0, 10.0, 15.0), "s", 1.0, 120.0,
+    "ages of the bank at which it repeats its data with the gradient of its own estimate", _SMOOTHED)  # fmt: skip
 REPEATED_TIME = _constant("REPEATED_TIME", 24.0, "s", 20.0, 240.0,
     "steps that the bank keeps for repetitions, rests and those during a repetition included", _MEASURED)  # fmt: skip
+SMOOTHING_LAG = _constant("SMOOTHING_LAG", 0.4, "s", 0.1, 2.0,
+    "later deflections that smooth a motion in a repetition: 5 periods of the bandwidth of the motion's filter", _SMOOTHED)  # fmt: skip
 STEPS_PER_SLICE = _constant("STEPS_PER_SLICE", 4, "1", 2, 100,
     "repeated steps between two samples: 0.4 ms", "required: no sample delayed by more than 0.5 ms")  # fmt: skip
 MIN_SNAP_DENSITY = _constant("MIN_SNAP_DENSITY", 3e-5, "m^2/s^7", 1e-7, 1e-2,
@@ -110,7 +113,7 @@ MAX_INERTIA = _constant("MAX_INERTIA", 20.0, "kg", 10.0, 100.0,
 REFUTATION_TIME = _constant("REFUTATION_TIME", 2.0, "s", 0.2, 20.0,
     "time for which the exponential law stays at that bound until it is refuted", _MEASURED)  # fmt: skip
 MIN_AGE = _constant("MIN_AGE", 6.0, "s", 2.0, 30.0,
-    "age of the bank from which it may refute the law: the second repetition", _MEASURED)  # fmt: skip
+    "age of the bank from which it may refute the law: two repetitions are complete", _MEASURED)  # fmt: skip
 MIN_TURNS = _constant("MIN_TURNS", 2, "1", 1, 20,
     "reversals of the motion before which the bank neither refutes the law nor is published: in a single sweep a "
     "relaxation, a damper and a spring explain the same force", _MEASURED)  # fmt: skip
@@ -147,6 +150,9 @@ KNOTS_PER_INTERVAL = _constant("KNOTS_PER_INTERVAL", 2, "1", 1, 8,
     "derivation: ln stiffness of a linear spring is interpolated within 0.1 %")  # fmt: skip
 MIN_LN_VARIANCE = _constant("MIN_LN_VARIANCE", 1e-8, "1", 1e-12, 1e-6,
     "added to the variance of ln stiffness at a knot in the fit of the growth", "keeps the covariance regular")  # fmt: skip
+INTERPOLATION_ERROR = _constant("INTERPOLATION_ERROR", 0.015, "1", 0.003, 0.1,
+    "rms error of the elastic spline between its knots over the rms fourth difference of its coefficients: that of a law "
+    "whose slope has a step, fitted by least squares", _SMOOTHED)  # fmt: skip
 BLOCK_LENGTHS = _constant("BLOCK_LENGTHS", (10.0, 40.0, 160.0, 640.0), "steps", 2.0, 5000.0,
     "block lengths of the lack-of-fit test: 0.1 to 6.4 s", _MEASURED)  # fmt: skip
 LACK_MEMORY = _constant("LACK_MEMORY", 3000.0, "steps", 300.0, 30000.0,

@@ -8,7 +8,7 @@ import pytest
 from vsa_common.accel import ACCELERATED
 from vsa_estimator.general.models import MODELS
 from vsa_estimator.general.records import DELAY
-from vsa_estimator.general.selection import LawSelection, Reversals
+from vsa_estimator.law_selection import LawSelection, Reversals
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.general import MIN_AGE, REFUTATION, REFUTATION_TIME, TURN_TRAVEL
 from vsa_simulator.laws.config import ForceLaws

@@ -107,7 +107,7 @@ class LawSelection:
 
     @property
     def is_improbable(self) -> bool:
-        """Whether the present evidence is against the exponential law; none counts before the second repetition."""
+        """Whether the present evidence is against the exponential law; none counts before two repetitions."""
         return self.bank.age > MIN_AGE and self.bank.exponential_evidence < -REFUTATION
 
     @property
