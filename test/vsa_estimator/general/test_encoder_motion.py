@@ -128,7 +128,7 @@ def stored(deflections, density):
     """Steps of these deflections, all with one snap density [m^2/s^7]."""
     steps = np.zeros(len(deflections), STEP)
     steps["dt"], steps["deflection"], steps["deflection_variance"] = DT, deflections, VARIANCE
-    steps["encoder"]["filter_density"] = density
+    steps["encoder"]["density"] = density
     return steps
 
 

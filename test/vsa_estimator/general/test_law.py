@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from vsa_estimator.general.basis import add_integrals, damper_integrals, damping_spline, locate
-from vsa_estimator.general.law import LAW, general_force
+from vsa_estimator.general.law import LAW, general_force, linearize
 from vsa_estimator.general.models import MODELS, geometry_at, members_at
-from vsa_estimator.general.records import DAMPER_SIZE, MOTION, SIZE, SPRING_SIZE, A, J, V, X
+from vsa_estimator.general.records import DAMPER_SIZE, MOTION, SIZE, SPRING_SIZE, STEP, A, J, V, X
 from vsa_estimator.settings import Initial
 
 GEOMETRY = geometry_at(Initial(), 0.01, Initial().k2)
@@ -79,3 +79,29 @@ def test_every_prior_is_a_covariance():
         std = np.sqrt(np.diag(covariance))
         assert np.array_equal(covariance, covariance.T)
         assert np.linalg.eigvalsh(covariance / np.outer(std, std))[0] > -1e-9
+
+
+@pytest.mark.parametrize(
+    ("relinearizing", "ratio", "smoothed"), [(True, 0.5, True), (True, 2.0, False), (False, 0.5, False)]
+)
+def test_a_repetition_linearises_at_the_motion_of_the_more_certain_velocity(relinearizing, ratio, smoothed):
+    member, step = members_at(Initial(), 0.01, 30.0, 1e-10)[2:3], np.zeros(1, STEP)
+    one, now = member[0], step[0]
+    one["linear"] = coefficients = np.arange(1.0, SIZE + 1.0)
+    now["relinearizing"], now["smoothed"] = relinearizing, (0.011, 1e-3, 0.02, 0.3)
+    now["smoothed_covariance"] = ratio * one["covariance"][:MOTION, :MOTION]
+    assert linearize(member, step) is smoothed
+    assert np.array_equal(one["linear"][:MOTION], now["smoothed"] if smoothed else one["mean"][:MOTION])
+    assert np.array_equal(one["linear"][MOTION:], (coefficients if relinearizing else one["mean"])[MOTION:])
+    variance = (ratio if smoothed else 1.0) * one["covariance"][:MOTION, :MOTION]
+    assert np.array_equal(one["linear_covariance"], variance)
+
+
+def test_the_force_is_linear_in_the_motion_about_the_point_of_linearisation():
+    member = members_at(Initial(), 0.01, 30.0, 1e-10)[2:3]
+    one, gradient = member[0], np.zeros(SIZE)
+    one["mean"][[X, V, A]] = 0.0123, 1.5e-3, 0.01
+    one["linear"] = one["mean"]
+    at_point = force(member, gradient)
+    one["mean"][[X, V, A]] += 1e-3, 1e-3, 0.1
+    assert force(member, np.zeros(SIZE)) == pytest.approx(at_point + gradient[[X, V, A]] @ [1e-3, 1e-3, 0.1])

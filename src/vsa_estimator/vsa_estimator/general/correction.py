@@ -196,7 +196,7 @@ def partial_update(member: Record, law: Record, stiffness: float, damping: float
 @compiled
 def correct_force(member: Record, geometry: Record, step: Record) -> None:
     """Update by the force of `step`, (1,) STEP; beyond the gate it is rejected."""
-    linearize(member, step)
+    smoothed = linearize(member, step)
     one, now = member[0], step[0]
     z, p, bias, gain, dt = one["mean"], one["covariance"], one["bias"], one["gain"], now["dt"]
     linear, speed_variance = one["linear"], one["linear_covariance"][V, V]
@@ -204,7 +204,7 @@ def correct_force(member: Record, geometry: Record, step: Record) -> None:
     gradient, law = np.zeros(SIZE), np.empty(1, LAW)
     coulomb_speed = smoothing_speed(linear[A], speed_variance, dt)
     expected = general_force(member, geometry, coulomb_speed, math.sqrt(speed_variance), gradient, law)
-    mean, spread, stiffness, damping = second_order(member, geometry, law, now["relinearizing"])
+    mean, spread, stiffness, damping = second_order(member, geometry, law, smoothed)
     own = CROSS_NOISE_SHARE * law[0]["stiffness"] ** 2 * now["deflection_variance"]
     ph = np.zeros(SIZE)
     variance = now["force_variance"] + spread + reversal_variance(member, law, dt) + own

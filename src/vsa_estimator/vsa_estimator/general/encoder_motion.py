@@ -122,8 +122,7 @@ class EncoderMotion:
         self.is_onset = is_faster or self._since_start < ONSET_TIME
         if is_faster:
             used, density = top, max(density, SNAP_SCALE * float(CANDIDATES[top]))
-        encoder["mean"], encoder["covariance"] = self._means[used], self._covariances[used]
-        encoder["density"], encoder["filter_density"] = density, CANDIDATES[used]
+        encoder["mean"], encoder["covariance"], encoder["density"] = self._means[used], self._covariances[used], density
 
 
 @compiled
@@ -137,7 +136,7 @@ def filter_deflection(step: Record, mean: Array, covariance: Array) -> None:
         integrate(mean, now["dt"])
         integrate(covariance, now["dt"])
         integrate(covariance.T, now["dt"])
-        add_snap_noise(covariance, now["encoder"]["filter_density"], now["dt"])
+        add_snap_noise(covariance, now["encoder"]["density"], now["dt"])
         gain = covariance[:, 0] / (covariance[0, 0] + now["deflection_variance"])
         mean[:, 0] += gain * (now["deflection"] - mean[0, 0])
         covariance -= np.outer(gain, covariance[0])

@@ -1,9 +1,9 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
 """Force of the general transmission with its gradient.
 
-It is linearised at `linear`: the state itself while the bank runs live; the smoothed motion and the coefficients of the
-bank's last pass while it repeats its stored steps (iterated extended Kalman smoother; Bell, 1994). At the motion of
-`linear` the force is exactly linear in the coefficients of the state.
+It is linearised at `linear`: the state itself while the bank runs live; while it repeats its stored steps, the
+coefficients of its last pass (iterated filter; Jazwinski, 1970), and the more certain motion of the state and that of
+the smoothed encoder. At the motion of `linear` the force is exactly linear in the coefficients of the state.
 """
 
 import math
@@ -26,6 +26,7 @@ from vsa_estimator.general.records import (
     MOTION,
     RELAXATION,
     RELAXATION_SIZE,
+    SIZE,
     SPRING,
     SPRING_SIZE,
     STRIBECK,
@@ -58,15 +59,17 @@ LAW = np.dtype([
 
 
 @compiled
-def linearize(member: Record, step: Record) -> None:
-    """Set the point at which the force of `step`, (1,) STEP, is linearised."""
+def linearize(member: Record, step: Record) -> bool:
+    """Set the point at which the force of `step`, (1,) STEP, is linearised; whether its motion is the smoothed one."""
     one, now = member[0], step[0]
-    if now["relinearizing"]:
+    if now["relinearizing"] and now["smoothed_covariance"][V, V] < one["covariance"][V, V]:
         one["linear"][:MOTION] = now["smoothed"]
         one["linear_covariance"][:] = now["smoothed_covariance"]
-    else:
-        one["linear"][:] = one["mean"]
-        one["linear_covariance"][:] = one["covariance"][:MOTION, :MOTION]
+        return True
+    states = MOTION if now["relinearizing"] else SIZE
+    one["linear"][:states] = one["mean"][:states]
+    one["linear_covariance"][:] = one["covariance"][:MOTION, :MOTION]
+    return False
 
 
 @compiled

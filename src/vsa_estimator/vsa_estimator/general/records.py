@@ -74,15 +74,14 @@ GEOMETRY = np.dtype([
 ], align=True)  # fmt: skip
 
 ENCODER = np.dtype([  # motion from the encoder alone
-    ("mean", "f8", (MOTION,)), ("covariance", "f8", (MOTION, MOTION)),
-    ("density", "f8"), ("filter_density", "f8"),  # of white snap for the members, and of the motion here [m^2/s^7]
+    ("mean", "f8", (MOTION,)), ("covariance", "f8", (MOTION, MOTION)), ("density", "f8"),  # of white snap [m^2/s^7]
 ], align=True)  # fmt: skip
 
 STEP = np.dtype([
     ("dt", "f8"), ("deflection", "f8"), ("deflection_variance", "f8"),
     ("force", "f8"), ("force_variance", "f8"),  # force NaN: none
     ("gap", "?"),  # before this step: the motion is reset to that of the encoder; both variances are those of a shift
-    ("relinearizing", "?"),  # whether the force is linearised at `smoothed` and the member's coefficients in `linear`
+    ("relinearizing", "?"),  # whether the force is linearised at the member's coefficients in `linear`
     ("encoder", ENCODER),
     ("smoothed", "f8", (MOTION,)), ("smoothed_covariance", "f8", (MOTION, MOTION)),  # motion by later deflections, too
 ], align=True)  # fmt: skip
