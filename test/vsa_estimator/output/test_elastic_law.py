@@ -24,6 +24,14 @@ def test_two_knots_state_the_exponential_law_and_its_covariance():
     assert np.reshape(law.covariance, (2, 2)) == pytest.approx(gradient @ covariance @ gradient.T)
 
 
+def test_a_diverged_law_has_an_infinite_force_and_is_written():
+    law = exponential_law(0.01, (800.0, 250.0, 12.0), np.eye(2))
+    assert law.force == np.inf
+    state = Estimator(EstimatorConfig()).state()._replace(**law.fields(False))
+    message = deserialize_message(StateWriter("transmission_1").write(1, state), EstimatorState)
+    assert (message.elastic_force, message.elastic_law_valid) == (np.inf, False)
+
+
 def test_the_message_has_the_law_of_the_state_at_any_number_of_knots():
     estimator = Estimator(EstimatorConfig())
     for i in range(3):
