@@ -2,8 +2,9 @@
 """Bank of filters of the general transmission (multiple model; Bar-Shalom, Li and Kirubarajan, ch. 11).
 
 All members run on the same steps. Their likelihoods give the probabilities of the mixture. At a few ages the bank
-repeats all its steps from the prior, in slices, linearised at its own coefficients and at a smoothed motion: an
-extended Kalman filter whose first gradients were wrong keeps a bias (iterated filter; Jazwinski, 1970, ch. 8).
+repeats all its steps from the prior, in slices, linearised at its own coefficients and at the more certain of its
+motion and a smoothed one: an extended Kalman filter whose first gradients were wrong keeps a bias (iterated filter;
+Jazwinski, 1970, ch. 8).
 """
 
 import copy

@@ -31,6 +31,15 @@ CANDIDATES: Array = np.logspace(-6.0, 3.0, 19).astype(np.float64)  # [m^2/s^7]
 
 
 @compiled
+def predict_motion(mean: Array, covariance: Array, density: float, dt: float) -> None:
+    """Predict `mean` (MOTION, 1) and `covariance` by dt [s] with white snap of a density [m^2/s^7]."""
+    integrate(mean, dt)
+    integrate(covariance, dt)
+    integrate(covariance.T, dt)
+    add_snap_noise(covariance, density, dt)
+
+
+@compiled
 def advance_encoder(
     means: Array, covariances: Array, likelihood: Array, recent_likelihood: Array, measurement: Array
 ) -> None:
@@ -42,10 +51,7 @@ def advance_encoder(
     leak = min(dt / ONSET_TIME, 1.0)
     for c in range(CANDIDATES.size):
         z, p = means[c], covariances[c]
-        integrate(z.reshape((MOTION, 1)), dt)
-        integrate(p, dt)
-        integrate(p.T, dt)
-        add_snap_noise(p, CANDIDATES[c], dt)
+        predict_motion(z.reshape((MOTION, 1)), p, CANDIDATES[c], dt)
         variance = p[0, 0] + noise
         innovation = deflection - z[0]
         increment = -0.5 * (math.log(variance) + min(innovation * innovation / variance, BANK_NIS_CAP))
@@ -133,10 +139,7 @@ def filter_deflection(step: Record, mean: Array, covariance: Array) -> None:
         mean[:, 0] = now["encoder"]["mean"]
         covariance[:] = now["encoder"]["covariance"]
     else:
-        integrate(mean, now["dt"])
-        integrate(covariance, now["dt"])
-        integrate(covariance.T, now["dt"])
-        add_snap_noise(covariance, now["encoder"]["density"], now["dt"])
+        predict_motion(mean, covariance, now["encoder"]["density"], now["dt"])
         gain = covariance[:, 0] / (covariance[0, 0] + now["deflection_variance"])
         mean[:, 0] += gain * (now["deflection"] - mean[0, 0])
         covariance -= np.outer(gain, covariance[0])

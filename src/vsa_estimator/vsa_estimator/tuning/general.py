@@ -76,9 +76,10 @@ RELINEARIZATION_TIMES = _constant("RELINEARIZATION_TIMES", (2.0, 4.0, 6.0, 8.0, 
 REPEATED_TIME = _constant("REPEATED_TIME", 24.0, "s", 20.0, 240.0,
     "steps that the bank keeps for repetitions, rests and those during a repetition included", _MEASURED)  # fmt: skip
 SMOOTHING_LAG = _constant("SMOOTHING_LAG", 0.4, "s", 0.1, 2.0,
-    "later deflections that smooth a motion in a repetition: 5 periods of the bandwidth of the motion's filter", _SMOOTHED)  # fmt: skip
+    "later deflections that smooth a motion in a repetition: 3 to 7 time constants (variance dt / density)^(1/8) at a "
+    "snap density of 3e-5 to 1e-2 m^2/s^7, 0.01 mm and 100 Hz", _SMOOTHED)  # fmt: skip
 STEPS_PER_SLICE = _constant("STEPS_PER_SLICE", 4, "1", 2, 100,
-    "repeated steps between two samples: 0.4 ms", "required: no sample delayed by more than 0.5 ms")  # fmt: skip
+    "repeated steps between two samples: 0.2 to 0.3 ms", "required: no sample delayed by more than 0.5 ms")  # fmt: skip
 MIN_SNAP_DENSITY = _constant("MIN_SNAP_DENSITY", 3e-5, "m^2/s^7", 1e-7, 1e-2,
     "lower limit of the snap density", _MEASURED)  # fmt: skip
 SNAP_SCALE = _constant("SNAP_SCALE", 22.0, "1", 2.2, 220.0,
