@@ -6,7 +6,17 @@ import json
 import numpy as np
 import pytest
 from vsa_bench.mismatch import command
-from vsa_bench.mismatch.drawn import ERRORS, MAX_ERRORS, STROKE, draw
+from vsa_bench.mismatch.drawn import (
+    DAMPER,
+    ERRORS,
+    FRICTION,
+    HYSTERESIS,
+    MAX_ERRORS,
+    SPRING,
+    STROKE,
+    VISCOELASTIC,
+    draw,
+)
 from vsa_simulator.laws.springs import EXPONENTIAL, SPRINGS
 from vsa_simulator.rig.config import SensorErrorConfig
 from vsa_simulator.rig.recording import Simulation
@@ -36,6 +46,26 @@ def test_cases_have_all_springs_both_rates_and_up_to_two_errors_in_their_ranges(
         assert all(name in one.motion for name in changed)
         counts.add(len(changed))
     assert counts == set(range(MAX_ERRORS + 1))
+
+
+def test_each_case_has_parameters_of_its_laws_in_their_ranges():
+    for part, ranges in (("spring", SPRING), ("damper", DAMPER), ("friction", FRICTION)):
+        for name, (low, high) in ranges.items():
+            values = [getattr(getattr(one.variant.laws, part), name) for one in CASES]
+            assert low <= min(values) < max(values) <= high
+            assert len(set(values)) == len(CASES)
+
+
+@pytest.mark.parametrize(("part", "size", "ranges"), [
+    ("viscoelastic", "share", VISCOELASTIC), ("hysteresis", "amplitude", HYSTERESIS),
+])  # fmt: skip
+def test_few_cases_have_a_law_with_memory_and_name_it(part, size, ranges):
+    cases = [draw(4, number, (100,), "automatic") for number in range(200)]
+    present = [one for one in cases if getattr(getattr(one.variant.laws, part), size)]
+    assert 5 <= len(present) <= 40  # 20 +- 4.2 of 200
+    assert present == [one for one in cases if part in one.motion.partition(";")[0].split()]
+    for name, (low, high) in ranges.items():
+        assert all(low <= getattr(getattr(one.variant.laws, part), name) <= high for one in present)
 
 
 @pytest.mark.parametrize("number", range(8))

@@ -2,8 +2,9 @@
 """Cases drawn at random: several laws and sensors that differ from the paper's at once, in motions of their own."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from vsa_bench.mismatch.cases import DRAWN_GROUP, Row
@@ -11,6 +12,7 @@ from vsa_common.types import Array
 from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.laws.dampers import CUBIC, DAMPERS, DamperConfig
 from vsa_simulator.laws.friction import FRICTIONS, FrictionConfig
+from vsa_simulator.laws.internal import HysteresisConfig, ViscoelasticConfig
 from vsa_simulator.laws.springs import EXPONENTIAL, SPRINGS, SpringConfig
 from vsa_simulator.rig.config import SensorErrorConfig
 from vsa_simulator.rig.motion import Motion, Tone, dwells, tones
@@ -26,6 +28,21 @@ ERRORS = {
     "crosstalk": (5e-3, 2e-2),
 }
 MAX_ERRORS = 2
+# Ranges of the parameters of the laws, in SI, logarithmic.
+SPRING = {
+    "initial_slope": (0.05, 0.3),
+    "sinh_rate": (3.0, 6.0),
+    "stop_ratio": (1.07, 1.3),
+    "softening_rate": (0.7, 2.5),
+}
+DAMPER = {"rest_ratio": (0.1, 0.5)}
+FRICTION = {
+    "smoothing_speed": (1e-5, 1e-4), "dip": (0.3, 1.5), "dip_speed": (0.1e-3, 1e-3),
+    "bristle_stiffness": (3e5, 3e6), "static_ratio": (1.1, 2.0), "stribeck_speed": (0.05e-3, 0.5e-3),
+}  # fmt: skip
+VISCOELASTIC = {"share": (0.05, 0.3), "time_constant": (0.2, 10.0)}
+HYSTERESIS = {"amplitude": (0.1, 1.0), "travel": (0.1e-3, 2e-3)}
+MEMORY_SHARE = 0.1  # of the cases that have a viscoelastic branch, and of those with hysteresis
 JITTER, JITTER_SHARE = 1e-3, 0.2  # of the stamps [s], and the share of the cases that have it
 CENTRE, STROKE = (0.006, 0.014), (0.002, 0.018)  # centre of a motion, and its limits [m]
 PEAK_SPEED = (0.5e-3, 6e-3)  # sum of the amplitudes of the velocity [m/s], logarithmic
@@ -52,12 +69,32 @@ def draw(base: int, number: int, rates_hz: Sequence[int], elastic_law: str) -> D
     names = random.choice(list(ERRORS), random.integers(0, MAX_ERRORS + 1), replace=False).tolist()
     errors = {name: float(random.uniform(*ERRORS[name])) for name in names}
     jitter = JITTER if random.random() < JITTER_SHARE else 0.0
-    laws = ForceLaws(spring=SpringConfig(spring), damper=DamperConfig(damper), friction=FrictionConfig(friction))
+    laws, memory = _laws(np.random.default_rng([base, number, 1]), spring, damper, friction)
     variant = TransmissionVariant(laws=laws, sensor_errors=SensorErrorConfig(**errors), stamp_jitter=jitter)
     sensors = [f"{name} {value:.2g}" for name, value in errors.items()] + ["stamp_jitter"] * bool(jitter)
-    words = f"{' '.join([spring, damper, friction, *sensors])}; {motion}"
+    words = f"{' '.join([spring, damper, friction, *memory, *sensors])}; {motion}"
     rate_hz = int(random.choice(list(rates_hz)))
     return DrawnCase(f"drawn {number}", words, rate_hz, elastic_law, variant=variant, profile=profile)
+
+
+def _laws(random: np.random.Generator, spring: str, damper: str, friction: str) -> tuple[ForceLaws, list[str]]:
+    """Laws of these kinds with parameters of their own, and the names of those with memory."""
+    of_spring, of_damper, of_friction, branch, loop = (
+        _parameters(random, ranges) for ranges in (SPRING, DAMPER, FRICTION, VISCOELASTIC, HYSTERESIS)
+    )
+    viscoelastic, hysteresis = random.random(2) < MEMORY_SHARE
+    laws = ForceLaws(
+        spring=SpringConfig(spring, **of_spring),
+        damper=DamperConfig(damper, **of_damper),
+        friction=FrictionConfig(friction, **of_friction),
+        viscoelastic=ViscoelasticConfig(**branch) if viscoelastic else ViscoelasticConfig(),
+        hysteresis=HysteresisConfig(**loop) if hysteresis else HysteresisConfig(),
+    )
+    return laws, ["viscoelastic"] * bool(viscoelastic) + ["hysteresis"] * bool(hysteresis)
+
+
+def _parameters(random: np.random.Generator, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
+    return {name: float(_logarithmic(random, limits, 1)[0]) for name, limits in ranges.items()}
 
 
 def _motion(random: np.random.Generator) -> tuple[Motion, str]:

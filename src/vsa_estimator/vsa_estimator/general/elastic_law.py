@@ -4,6 +4,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.general.basis import add_integrals, elastic_spline, locate
@@ -36,11 +37,10 @@ def elastic_law(
     Moments of the mixture of `members` with `probabilities`; the force has the level of the members.
     """
     knots = _knots(geometry, span)
-    basis = np.array([_basis(geometry, x) for x in knots])  # (n, SPRING_SIZE)
+    basis, intervals = np.zeros((len(knots), SPRING_SIZE)), np.zeros(len(knots), np.int64)
+    spline_rows(geometry, knots, basis, intervals)
     grown = geometry["growth"][0] * (knots - geometry["reference"][0])
     at_first = _integrals(geometry, knots[0])
-    intervals = np.array([locate(x, geometry["origin"][0], geometry["spacing"][0])[0] for x in knots])
-    used = range(intervals[0], intervals[-1] + 1)
     kept = probabilities >= MIN_PROBABILITY
     weights = probabilities[kept] / probabilities[kept].sum()
     mean, square, force = np.zeros(len(knots)), np.zeros((len(knots), len(knots))), 0.0
@@ -51,7 +51,7 @@ def elastic_law(
         ln_stiffness, gradient = grown + np.log(relative), basis / relative[:, None]
         bias = gradient @ one["bias"][SPRING:]
         covariance = gradient @ one["covariance"][SPRING:, SPRING:] @ gradient.T + np.outer(bias, bias)
-        between = np.array([interpolation_variance(one.reshape(1), i) for i in used])[intervals - used.start]
+        between = interpolation_variances(one.reshape(1), intervals)
         mean += weight * ln_stiffness
         covariance = max(one["stiffness_inflation"], 1.0) * covariance + np.diag(between / relative**2)
         square += weight * (covariance + np.outer(ln_stiffness, ln_stiffness))
@@ -191,19 +191,30 @@ def _ln_density(error: Array, weight: Array) -> float:
     return float(0.5 * np.linalg.slogdet(weight)[1] - 0.5 * error @ weight @ error)
 
 
+@compiled
+def spline_rows(geometry: Record, knots: Array, basis: Array, intervals: NDArray[np.int64]) -> None:
+    """B-splines at the knots [m] (n,) into the zeros `basis` (n, j), and the interval of each into `intervals` (n,)."""
+    w, slope = np.empty(4), np.empty(4)
+    for k in range(knots.size):
+        i = elastic_spline(geometry, knots[k], w, slope)
+        basis[k, i : i + 4], intervals[k] = w, i
+
+
+@compiled
+def interpolation_variances(member: Record, intervals: NDArray[np.int64]) -> Array:
+    """`interpolation_variance` [N^2/m^2] of a (1,) MEMBER in each of the intervals (n,)."""
+    variances = np.empty(intervals.size)
+    for k in range(intervals.size):
+        variances[k] = interpolation_variance(member, intervals[k])
+    return variances
+
+
 def _knots(geometry: Record, span: tuple[float, float]) -> Array:
     origin, step = float(geometry["origin"][0]), float(geometry["spacing"][0]) / KNOTS_PER_INTERVAL
     last = INTERVALS * KNOTS_PER_INTERVAL
     first = min(max(math.floor((span[0] - origin) / step) - KNOTS_PER_INTERVAL, 0), last - 1)
     end = max(min(math.ceil((span[1] - origin) / step) + KNOTS_PER_INTERVAL, last), first + 1)
     return np.asarray(origin + step * np.arange(first, end + 1), np.float64)
-
-
-def _basis(geometry: Record, x: float) -> Array:
-    row, w = np.zeros(SPRING_SIZE), np.empty(4)
-    i = elastic_spline(geometry, x, w, np.empty(4))
-    row[i : i + 4] = w
-    return row
 
 
 def _integrals(geometry: Record, x: float) -> Array:
