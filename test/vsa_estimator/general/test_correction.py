@@ -35,7 +35,7 @@ NOISE = 0.017**2
 
 def member_of(name, seed=1):
     """(1,) MEMBER with a full covariance over its active states."""
-    member = members_at(Initial(), 0.010, 30.0, 1e-10)[INDEX[name] : INDEX[name] + 1]
+    member = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[INDEX[name] : INDEX[name] + 1]
     one, random = member[0], np.random.default_rng(seed)
     active = one["active"][: one["count"]]
     std = np.sqrt(np.diag(one["covariance"]))[active]
@@ -139,7 +139,8 @@ def gradient_of(member):
 
 @pytest.mark.parametrize("name", ["exponential", "any spring", "any damper", "relaxation"])
 def test_forces_at_a_certain_motion_are_a_linear_regression(name):
-    member, random = members_at(Initial(), 0.010, 30.0, 1e-10)[INDEX[name] : INDEX[name] + 1], np.random.default_rng(6)
+    random = np.random.default_rng(6)
+    member = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[INDEX[name] : INDEX[name] + 1]
     one = member[0]
     states = np.setdiff1d(one["active"][: one["count"]], [X, V, A, J, DELAY])
     one["covariance"][[X, V, A, J, DELAY]] = one["covariance"][:, [X, V, A, J, DELAY]] = 0.0
@@ -192,7 +193,7 @@ def test_near_a_reversal_a_force_is_no_evidence(speed, std, counts):
 
 
 def exponential_member():
-    return members_at(Initial(), 0.010, 30.0, 1e-10)[INDEX["exponential"] : INDEX["exponential"] + 1]
+    return members_at(Initial(), GEOMETRY, 30.0, 1e-10)[INDEX["exponential"] : INDEX["exponential"] + 1]
 
 
 def test_an_update_of_the_exponential_law_is_that_of_its_level_and_growth():
@@ -238,7 +239,7 @@ def test_without_a_significant_acceleration_the_mass_is_kept():
 
 
 def test_an_uncertain_stiffness_keeps_the_force_from_the_motion():
-    member = members_at(Initial(), 0.010, 30.0, 1e-10)[INDEX["any spring"] : INDEX["any spring"] + 1]
+    member = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[INDEX["any spring"] : INDEX["any spring"] + 1]
     motion = member[0]["mean"][:MOTION].copy()
     correct_force(member, GEOMETRY, force_step(31.0))
     assert np.array_equal(member[0]["mean"][:MOTION], motion)

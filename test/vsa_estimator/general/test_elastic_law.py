@@ -22,3 +22,10 @@ def test_the_fitted_growth_has_the_error_that_its_covariance_states():
 
 def test_without_information_the_growth_is_that_of_the_prior():
     assert fitted_growth(KNOTS, 300.0 * KNOTS, 1e6 * np.eye(13), (200.0, 50.0)) == pytest.approx(200.0, abs=0.1)
+
+
+def test_knots_at_which_the_stiffness_may_be_zero_have_no_part_in_the_growth():
+    variance = np.where(KNOTS < 0.008, 1e4, 1e-4)
+    law = np.where(KNOTS < 0.008, -7.0, 300.0 * KNOTS)
+    correlated = np.sqrt(np.outer(variance, variance)) * (0.999 + 0.001 * np.eye(13))
+    assert fitted_growth(KNOTS, law, correlated, (200.0, 1e6)) == pytest.approx(300.0, abs=1.0)

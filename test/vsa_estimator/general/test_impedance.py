@@ -10,14 +10,14 @@ from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.models import MODELS, geometry_at, members_at
 from vsa_estimator.general.records import DAMPER, DAMPER_SIZE, IMPEDANCE, INTERVALS, SIZE, SPRING, SPRING_SIZE, V, X
 from vsa_estimator.settings import Initial
-from vsa_estimator.tuning.general import DAMPING_BIAS, LIKELIHOOD_POWER, STIFFNESS_BIAS
+from vsa_estimator.tuning.general import DAMPING_BIAS, LIKELIHOOD_POWER, SLOPE_STD, STIFFNESS_BIAS
 
 GEOMETRY = geometry_at(Initial(), 0.010, 240.0)
 
 
 def members():
     """All members with other coefficients than those of the prior, at 11.3 mm and 1.2 mm/s."""
-    every, random = members_at(Initial(), 0.010, 30.0, 1e-10), np.random.default_rng(8)
+    every, random = members_at(Initial(), GEOMETRY, 30.0, 1e-10), np.random.default_rng(8)
     for member in every:
         member["mean"][[X, V]] = 0.0113, 1.2e-3
         member["mean"][SPRING:] *= 1.0 + 0.1 * random.normal(size=SPRING_SIZE)
@@ -67,6 +67,14 @@ def test_slopes_beyond_the_ends_are_those_of_differences(state):
     k = 0 if state == X else 2
     expected = differences(lambda m: outputs(m)[0][k], member)
     assert gradients[k][state] == pytest.approx(expected[state], rel=1e-4, abs=1e-3)
+
+
+def test_beyond_the_ends_the_stiffness_is_uncertain_by_the_prior_of_its_slope():
+    member, parts, end = members()[3:4], np.zeros(2, IMPEDANCE), float(GEOMETRY["origin"][0])
+    for part, distance in zip(parts, (1e-6, 0.2), strict=True):
+        member["mean"][0, X] = end - distance / Initial().k2
+        member_impedance(member, GEOMETRY, part[None])
+    assert np.diff(parts["ln_stiffness_variance"])[0] == pytest.approx((0.2 * SLOPE_STD) ** 2, rel=1e-6)
 
 
 @pytest.mark.parametrize("index", [0, 1, 3], ids=[MODELS[i].name for i in (0, 1, 3)])

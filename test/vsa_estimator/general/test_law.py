@@ -19,7 +19,7 @@ def force(member, gradient):
 
 @pytest.mark.parametrize("index", range(len(MODELS)), ids=[model.name for model in MODELS])
 def test_the_gradient_is_that_of_differences(index):
-    member = members_at(Initial(), 0.01, 30.0, 1e-10)[index : index + 1]
+    member = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[index : index + 1]
     random = np.random.default_rng(index)
     one = member[0]
     active = one["active"][: one["count"]]
@@ -73,7 +73,7 @@ def test_the_damper_is_odd_and_the_integral_of_its_splines(v):
 
 
 def test_every_prior_is_a_covariance():
-    for member in members_at(Initial(), 0.01, 30.0, 1e-10):
+    for member in members_at(Initial(), GEOMETRY, 30.0, 1e-10):
         active = np.flatnonzero(np.diag(member["covariance"]) > 0.0)
         covariance = member["covariance"][np.ix_(active, active)]
         std = np.sqrt(np.diag(covariance))
@@ -85,7 +85,7 @@ def test_every_prior_is_a_covariance():
     ("relinearizing", "ratio", "smoothed"), [(True, 0.5, True), (True, 2.0, False), (False, 0.5, False)]
 )
 def test_a_repetition_linearises_at_the_motion_of_the_more_certain_velocity(relinearizing, ratio, smoothed):
-    member, step = members_at(Initial(), 0.01, 30.0, 1e-10)[2:3], np.zeros(1, STEP)
+    member, step = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[2:3], np.zeros(1, STEP)
     one, now = member[0], step[0]
     one["linear"] = coefficients = np.arange(1.0, SIZE + 1.0)
     now["relinearizing"], now["smoothed"] = relinearizing, (0.011, 1e-3, 0.02, 0.3)
@@ -98,7 +98,7 @@ def test_a_repetition_linearises_at_the_motion_of_the_more_certain_velocity(reli
 
 
 def test_the_force_is_linear_in_the_motion_about_the_point_of_linearisation():
-    member = members_at(Initial(), 0.01, 30.0, 1e-10)[2:3]
+    member = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[2:3]
     one, gradient = member[0], np.zeros(SIZE)
     one["mean"][[X, V, A]] = 0.0123, 1.5e-3, 0.01
     one["linear"] = one["mean"]

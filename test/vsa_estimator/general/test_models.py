@@ -4,14 +4,31 @@
 import numpy as np
 import pytest
 from vsa_estimator.general.basis import cubic, growth_factor, locate
-from vsa_estimator.general.models import MODELS, geometry_at, matern, members_at, with_growth
-from vsa_estimator.general.records import D0, D1, D2, DELAY, SPRING, SPRING_SIZE, B, L, M, X
+from vsa_estimator.general.models import (
+    MODELS,
+    abscissas,
+    geometry_at,
+    matern,
+    members_at,
+    set_spring_prior,
+    transferred,
+)  # fmt: skip
+from vsa_estimator.general.records import D0, D1, D2, DELAY, INTERVALS, SPRING, SPRING_SIZE, B, L, M, X
 from vsa_estimator.settings import Initial
-from vsa_estimator.tuning.general import CUBIC_STD, DELAY_STD, LEVEL_STD, SHAPE_STD, STIFFNESS_STD
+from vsa_estimator.tuning.general import (
+    CUBIC_STD,
+    DELAY_STD,
+    LEVEL_STD,
+    SHAPE_STD,
+    SPARE_INTERVALS,
+    SPRING_SPACING,
+    STIFFNESS_STD,
+)  # fmt: skip
 
 INITIAL = Initial()
 FORCE, DEFLECTION = 30.0, 0.010
-MEMBERS = members_at(INITIAL, DEFLECTION, FORCE, 1e-10)
+GEOMETRY = geometry_at(INITIAL, DEFLECTION, INITIAL.k2)
+MEMBERS = members_at(INITIAL, GEOMETRY, FORCE, 1e-10)
 INDEX = {model.name: i for i, model in enumerate(MODELS)}
 STIFFNESS = INITIAL.k2 * (FORCE - INITIAL.force_offset)
 
@@ -69,14 +86,42 @@ def test_the_exponential_law_has_two_degrees_of_freedom():
 def test_another_growth_keeps_the_stiffness(growth):
     before, after = (geometry_at(INITIAL, DEFLECTION, kappa) for kappa in (INITIAL.k2, growth))
     coefficients = STIFFNESS * (1.0 + 0.2 * np.sin(np.arange(SPRING_SIZE) / 3.0))
-    other = with_growth(coefficients, before, after)
+    other = transferred(coefficients[None], before, after)[0]
     for x in np.linspace(0.001, 0.019, 37):
         assert stiffness(after, other, x) == pytest.approx(stiffness(before, coefficients, x), rel=0.02)
 
 
 def test_the_same_growth_keeps_the_coefficients():
     geometry, coefficients = geometry_at(INITIAL, DEFLECTION, 250.0), np.linspace(1.0, 2.0, SPRING_SIZE)
-    assert np.array_equal(with_growth(coefficients, geometry, geometry.copy()), coefficients)
+    assert np.array_equal(transferred(coefficients[None], geometry, geometry.copy())[0], coefficients)
+
+
+@pytest.mark.parametrize("span", [(0.0, 0.009), (0.008, 0.0085), (0.002, 0.022)])
+def test_a_spline_about_other_deflections_has_the_same_stiffness(span):
+    after = geometry_at(INITIAL, DEFLECTION, 240.0, span)
+    coefficients = STIFFNESS * (1.0 + 0.2 * np.sin(np.arange(SPRING_SIZE) / 3.0))
+    other = transferred(coefficients[None], GEOMETRY, after)[0]
+    for x in np.linspace(*span, 17):
+        assert stiffness(after, other, x) == pytest.approx(stiffness(GEOMETRY, coefficients, x), rel=0.03)
+
+
+@pytest.mark.parametrize("span", [(0.001, 0.009), (0.0099, 0.0101), (-0.01, 0.02)])
+def test_the_spline_has_spare_intervals_on_either_side_of_the_data(span):
+    geometry = geometry_at(INITIAL, DEFLECTION, INITIAL.k2, span)
+    spacing, first = float(geometry["spacing"][0]), float(geometry["origin"][0])
+    assert spacing >= SPRING_SPACING / INITIAL.k2
+    assert first <= span[0] - SPARE_INTERVALS * spacing + 1e-12
+    assert first + INTERVALS * spacing >= span[1] + SPARE_INTERVALS * spacing - 1e-12
+
+
+def test_the_prior_of_the_stiffness_does_not_depend_on_the_knots():
+    other = geometry_at(INITIAL, DEFLECTION, INITIAL.k2, (0.001, 0.012))
+    members = MEMBERS[[0, INDEX["any spring"]]].copy()
+    before = members["covariance"][:, SPRING:, SPRING:].copy()
+    set_spring_prior(members, other)
+    for old, new in zip(before, members["covariance"][:, SPRING:, SPRING:], strict=True):
+        expected = np.interp(abscissas(other)[3:12], abscissas(GEOMETRY), np.diag(old))
+        assert np.diag(new)[3:12] == pytest.approx(expected, rel=0.03)
 
 
 def test_the_matern_covariance_has_its_variance_and_decays_with_the_distance():

@@ -17,7 +17,7 @@ KNOTS = np.arange(SPRING_SIZE) - 9.0  # from the one at the reference
 
 
 def prior():
-    return members_at(INITIAL, DEFLECTION, 30.0, 1e-10)[INDEX : INDEX + 1]
+    return members_at(INITIAL, GEOMETRY, 30.0, 1e-10)[INDEX : INDEX + 1]
 
 
 def observed(law, std, level=0.0):

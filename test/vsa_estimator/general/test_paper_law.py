@@ -21,14 +21,15 @@ def paper_force(x, v, a):
 
 def paper_member(x, v, a, delay=0.0):
     """Member of the exponential law with the coefficients of the paper, (1,) MEMBER, and its geometry."""
-    member = members_at(Initial(), REFERENCE, 30.0, 1e-10)[:1]
+    geometry = geometry_at(Initial(), REFERENCE, K2)
+    member = members_at(Initial(), geometry, 30.0, 1e-10)[:1]
     z = member[0]["mean"]
     elastic = K1 * np.exp(K2 * REFERENCE)
     z[[X, V, A, J, B, DELAY]] = x, v, a, 0.0, 0.0, delay
     z[[L, M, D0, D1, D2]] = OFFSET + elastic, MASS, COULOMB, D1_TRUE, D2_TRUE
     z[SPRING:] = K2 * elastic
     member[0]["linear"] = z
-    return member, geometry_at(Initial(), REFERENCE, K2)
+    return member, geometry
 
 
 def evaluate(member, geometry, speed_std=CERTAIN):

@@ -17,7 +17,7 @@ DENSITY, DT = 0.02, 0.01
 
 def random_member(index, seed=1):
     """(1,) MEMBER with a full covariance over its active states."""
-    member = members_at(Initial(), 0.010, 30.0, 1e-10)[index : index + 1]
+    member = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[index : index + 1]
     one, random = member[0], np.random.default_rng(seed)
     active = one["active"][: one["count"]]
     std = np.sqrt(np.diag(one["covariance"]))[active]
@@ -85,7 +85,7 @@ def test_mean_and_covariance_are_those_of_dense_matrices(index):
 
 
 def test_the_covariance_of_the_motion_is_that_of_a_monte_carlo():
-    member, steps, fine = members_at(Initial(), 0.010, 30.0, 1e-10)[:1], 20, 10
+    member, steps, fine = members_at(Initial(), GEOMETRY, 30.0, 1e-10)[:1], 20, 10
     member[0]["covariance"][:MOTION, :MOTION] = 0.0
     for _ in range(steps):
         predict_member(member, GEOMETRY, DT, DENSITY)

@@ -6,7 +6,8 @@ import pytest
 from vsa_common.accel import ACCELERATED
 from vsa_estimator.general import repetition
 from vsa_estimator.general.bank import Bank
-from vsa_estimator.general.models import NESTED
+from vsa_estimator.general.models import NESTED, geometry_at, members_at
+from vsa_estimator.general.records import INTERVALS, STEP, X
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.general import RELINEARIZATION_TIMES, STEPS_PER_SLICE
 
@@ -34,3 +35,14 @@ def test_a_slice_is_some_steps_or_one_nested_member(monkeypatch):
     assert all(members == 0 or steps == 0 for members, steps in slices)
     assert sum(members for members, _ in slices) == len(NESTED)
     assert sum(steps for _, steps in slices) == bank._count
+
+
+@pytest.mark.parametrize(("beyond", "used"), [(-1e-4, True), (1e-4, False)])
+def test_a_force_beyond_the_elastic_spline_is_not_used(beyond, used):
+    geometry = geometry_at(Initial(), 0.010, Initial().k2)
+    end = float(geometry["origin"][0] + INTERVALS * geometry["spacing"][0])
+    member, step = members_at(Initial(), geometry, 30.0, 1e-10)[2:3], np.zeros(1, STEP)
+    member["mean"][0, X] = step["deflection"] = end + beyond
+    step["dt"], step["deflection_variance"], step["force"], step["force_variance"] = 0.01, 1e-10, 60.0, 1e-4
+    repetition.advance_member(member, geometry, step)
+    assert (member[0]["innovation"] != 0.0) == used

@@ -15,7 +15,7 @@ from vsa_common.types import Array
 from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
 from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
-from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, with_growth
+from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, set_spring_prior, transferred
 from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, X
 from vsa_estimator.general.repetition import Repetition, advance, shift_geometry, shift_members
 from vsa_estimator.settings import Initial
@@ -154,7 +154,7 @@ class Bank:
             return
         x, variance = deflection
         self._geometry = geometry_at(self._initial, x, self._initial.k2)
-        self._members = members_at(self._initial, x, force[0], variance)
+        self._members = members_at(self._initial, self._geometry, force[0], variance)
         self._prior = self._members.copy()  # of repetitions
         self._encoder.restart(x, variance)
 
@@ -176,9 +176,11 @@ class Bank:
         self._count += 1
         if self._checks and self._repetition is None and self.age >= self._checks[0] and self._members is not None:
             self._checks.pop(0)
-            geometry = geometry_at(self._initial, float(self._geometry["reference"][0]), self._growth())
+            reference, growth = float(self._geometry["reference"][0]), self._growth()
+            geometry = geometry_at(self._initial, reference, growth, self._span)
+            set_spring_prior(self._prior, geometry)
             coefficients = self._members["mean"].copy()
-            coefficients[:, SPRING:] = with_growth(coefficients[:, SPRING:], self._geometry, geometry)
+            coefficients[:, SPRING:] = transferred(coefficients[:, SPRING:], self._geometry, geometry)
             self._repetition = Repetition(self._prior, coefficients, geometry, self._lag)
 
     def _growth(self) -> float:

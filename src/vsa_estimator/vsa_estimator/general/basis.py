@@ -57,6 +57,13 @@ def elastic_spline(geometry: Record, x: float, w: Array, slope: Array) -> int:
 
 
 @compiled
+def extrapolation(geometry: Record, x: float) -> float:
+    """Distance of x from the spline, in 1 / k2 of the prior; 0 within it."""
+    start, one = geometry[0]["origin"], geometry[0]
+    return float(max(start - x, x - start - INTERVALS * one["spacing"], 0.0) / one["unit"])
+
+
+@compiled
 def growth_factor(geometry: Record, x: float) -> float:
     """exp(kappa (x - reference)), limited."""
     exponent = geometry[0]["growth"] * (x - geometry[0]["reference"])

@@ -13,17 +13,19 @@ from vsa_estimator.general.models import NESTED
 from vsa_estimator.general.records import INTERVALS, SIZE, SPRING, SPRING_SIZE, L, Record
 from vsa_estimator.tuning.general import (
     KNOTS_PER_INTERVAL,
+    MAX_LN_VARIANCE,
     MIN_LN_VARIANCE,
     MIN_PROBABILITY,
     MIN_RELATIVE_STIFFNESS,
     SLOPE_STD,
-    SPRING_SPACING,
     STIFFNESS_BIAS,
     STIFFNESS_STD,
 )
 
 FIT_STEPS = 20
 MAX_FIT_STEP, MIN_FIT_STEP = 0.5, 1e-6  # of ln stiffness at the data and of its slope in 1/knot
+
+Prior = tuple[float, float]  # mean of ln stiffness at the data; standard deviation of its slope about 0, in 1/knot
 
 
 def elastic_law(
@@ -62,12 +64,15 @@ def elastic_law(
 def fitted_growth(knots: Array, ln_stiffness: Array, covariance: Array, prior: tuple[float, float]) -> float:
     """Slope [1/m] of the exponential law that fits an elastic law best (generalized least squares).
 
-    `prior`: mean and standard deviation of the slope [1/m].
+    `prior`: mean and standard deviation of the slope [1/m]. Knots at which the stiffness may be zero have no part.
     """
+    known, (mean, std) = covariance.diagonal() < MAX_LN_VARIANCE, prior
+    if not known.any():
+        return mean
+    knots, ln_stiffness, covariance = knots[known], ln_stiffness[known], covariance[np.ix_(known, known)]
     weighted = covariance + MIN_LN_VARIANCE * np.eye(len(knots))
     design = np.stack([np.ones(len(knots)), knots - knots.mean()], axis=1)
     normal = design.T @ np.linalg.solve(weighted, np.column_stack([design, ln_stiffness]))
-    mean, std = prior
     normal[1, 1:] += np.array([1.0, mean]) / std**2
     return float(np.linalg.solve(normal[:, :2], normal[:, 2])[1])
 
@@ -100,8 +105,8 @@ def condition_on_exponential(member: Record, prior: Record, geometry: Record, de
     design = np.stack([np.ones(SPRING_SIZE), np.arange(SPRING_SIZE) - 1.0 - place], axis=1)
     information = weight @ z[spring] - prior_weight @ initial
     law, normal = np.zeros(SPRING_SIZE), np.zeros((2, 2))
-    level = math.log(initial[0])
-    ln_prior = most_probable_exponential(1.0 + place, weight - prior_weight, information, level, law, normal)
+    expected = math.log(initial[0]), SLOPE_STD * float(geometry["spacing"][0]) / float(geometry["unit"][0])
+    ln_prior = most_probable_exponential(1.0 + place, weight - prior_weight, information, expected, law, normal)
     tangents = law[:, None] * design
     evidence = ln_prior - 0.5 * float(np.linalg.slogdet(normal)[1])
     evidence += _ln_density(law - z[spring], weight) - _ln_density(law - initial, prior_weight)
@@ -119,10 +124,10 @@ def condition_on_exponential(member: Record, prior: Record, geometry: Record, de
 
 @compiled
 def cost_of_exponential(
-    a: float, b: float, place: float, weight: Array, information: Array, ln_level: float, law: Array
+    a: float, b: float, place: float, weight: Array, information: Array, prior: Prior, law: Array
 ) -> float:
     """Negative log posterior of exp(a + b (j - place)) over the coefficients j, which are written into `law`."""
-    cost = 0.5 * ((a - ln_level) / STIFFNESS_STD) ** 2 + 0.5 * (b / (SLOPE_STD * SPRING_SPACING)) ** 2
+    cost = 0.5 * ((a - prior[0]) / STIFFNESS_STD) ** 2 + 0.5 * (b / prior[1]) ** 2
     for j in range(law.size):
         law[j] = math.exp(a + b * (j - place))
     for i in range(law.size):
@@ -135,11 +140,11 @@ def cost_of_exponential(
 
 @compiled
 def normal_of_exponential(
-    a: float, b: float, place: float, weight: Array, information: Array, ln_level: float, law: Array
+    a: float, b: float, place: float, weight: Array, information: Array, prior: Prior, law: Array
 ) -> tuple[float, float, float, float, float]:
     """Gradient of the log posterior by a and b, and its information matrix: entries aa, ab and bb."""
-    variance_a, variance_b = STIFFNESS_STD**2, (SLOPE_STD * SPRING_SPACING) ** 2
-    by_a, by_b, aa, ab, bb = (ln_level - a) / variance_a, -b / variance_b, 1.0 / variance_a, 0.0, 1.0 / variance_b
+    variance_a, variance_b = STIFFNESS_STD**2, prior[1] ** 2
+    by_a, by_b, aa, ab, bb = (prior[0] - a) / variance_a, -b / variance_b, 1.0 / variance_a, 0.0, 1.0 / variance_b
     for i in range(law.size):
         error, k = information[i], i - place
         for j in range(law.size):
@@ -155,35 +160,33 @@ def normal_of_exponential(
 
 @compiled
 def most_probable_exponential(
-    place: float, weight: Array, information: Array, ln_level: float, law: Array, normal: Array
+    place: float, weight: Array, information: Array, prior: Prior, law: Array, normal: Array
 ) -> float:
     """Most probable coefficients exp(a + b (j - place)) into `law`, information matrix of a and b into `normal` (2, 2).
 
     Returns the log prior density. For a Gaussian likelihood of the coefficients with the matrix `weight` and the vector
-    `information`, and a Gaussian prior of a, with the mean `ln_level`, and b: Gauss-Newton steps, halved until the
-    probability increases.
+    `information`, and a Gaussian `prior` of a and b: Gauss-Newton steps, halved until the probability increases.
     """
-    a, b = ln_level, 0.0
-    cost = cost_of_exponential(a, b, place, weight, information, ln_level, law)
+    a, b = prior[0], 0.0
+    cost = cost_of_exponential(a, b, place, weight, information, prior, law)
     for _ in range(FIT_STEPS):
-        by_a, by_b, aa, ab, bb = normal_of_exponential(a, b, place, weight, information, ln_level, law)
+        by_a, by_b, aa, ab, bb = normal_of_exponential(a, b, place, weight, information, prior, law)
         normal[0, 0], normal[1, 1] = aa, bb
         normal[0, 1] = normal[1, 0] = ab
         determinant = aa * bb - ab * ab
         step_a, step_b = (bb * by_a - ab * by_b) / determinant, (aa * by_b - ab * by_a) / determinant
         size = max(abs(step_a), abs(step_b))
         share = 1.0 / max(1.0, size / MAX_FIT_STEP)
-        new = cost_of_exponential(a + share * step_a, b + share * step_b, place, weight, information, ln_level, law)
+        new = cost_of_exponential(a + share * step_a, b + share * step_b, place, weight, information, prior, law)
         while new > cost and share * size > MIN_FIT_STEP:
             share *= 0.5
-            new = cost_of_exponential(a + share * step_a, b + share * step_b, place, weight, information, ln_level, law)
+            new = cost_of_exponential(a + share * step_a, b + share * step_b, place, weight, information, prior, law)
         if not share * size > MIN_FIT_STEP:
             break
         a, b, cost = a + share * step_a, b + share * step_b, new
-    cost_of_exponential(a, b, place, weight, information, ln_level, law)
-    slope_std = SLOPE_STD * SPRING_SPACING
-    squares = ((a - ln_level) / STIFFNESS_STD) ** 2 + (b / slope_std) ** 2
-    return -0.5 * squares - math.log(STIFFNESS_STD * slope_std)
+    cost_of_exponential(a, b, place, weight, information, prior, law)
+    squares = ((a - prior[0]) / STIFFNESS_STD) ** 2 + (b / prior[1]) ** 2
+    return -0.5 * squares - math.log(STIFFNESS_STD * prior[1])
 
 
 def _ln_density(error: Array, weight: Array) -> float:

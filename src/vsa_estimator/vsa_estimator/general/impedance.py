@@ -8,7 +8,7 @@ from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.force_law.damper import damping as paper_damping
 from vsa_estimator.force_law.damper import damping_slope, peak_speed
-from vsa_estimator.general.basis import damping_spline, elastic_spline, locate
+from vsa_estimator.general.basis import damping_spline, elastic_spline, extrapolation, locate
 from vsa_estimator.general.lack_of_fit import inflation, interpolation_variance
 from vsa_estimator.general.records import (
     D0,
@@ -30,6 +30,7 @@ from vsa_estimator.tuning.general import (
     LIKELIHOOD_POWER,
     MIN_PROBABILITY,
     MIN_RELATIVE_STIFFNESS,
+    SLOPE_STD,
     STIFFNESS_BIAS,
 )  # fmt: skip
 
@@ -103,6 +104,7 @@ def member_impedance(member: Record, geometry: Record, out: Record) -> None:
     interval, _ = locate(one["mean"][X], now["origin"], now["spacing"])
     grown = now["growth"] * (one["mean"][X] - now["reference"])
     o["ln_stiffness_variance"] += interpolation_variance(member, interval) * math.exp(2.0 * (grown - o["ln_stiffness"]))
+    o["ln_stiffness_variance"] += (SLOPE_STD * extrapolation(geometry, one["mean"][X])) ** 2
     o["slope_variance"] = quadratic_form(member, of_slope) * max(one["stiffness_inflation"], 1.0)
     o["damping_variance"] = quadratic_form(member, of_damping) * max(one["damping_inflation"], 1.0)
     spline = one["model"]["spline_damper"]

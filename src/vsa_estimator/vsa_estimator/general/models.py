@@ -24,6 +24,7 @@ from vsa_estimator.general.records import (
     MEMBER,
     RELAXATION,
     RELAXATION_SIZE,
+    SIZE,
     SPRING,
     SPRING_SIZE,
     STRIBECK,
@@ -53,6 +54,7 @@ from vsa_estimator.tuning.general import (
     SHAPE_LENGTH,
     SHAPE_STD,
     SLOPE_STD,
+    SPARE_INTERVALS,
     SPARE_SPEED,
     SPEED_SPACING,
     SPRING_SPACING,
@@ -98,7 +100,6 @@ MODELS = (
     Model("hysteresis", 0.03, hysteresis=True, travel_std=0.03, travel_length=0.7e-3, level_density=2.5e-5,
         scale_density=1e-7),
 )  # fmt: skip
-GREVILLE = (np.arange(SPRING_SIZE) - 1.0 - 0.5 * INTERVALS) * SPRING_SPACING  # abscissas of the coefficients [1/k2]
 NESTED = {0: 2, 1: 5}  # members with an exponential spring, by index, and what they differ from in the spring alone
 SIMPLE = slice(2, 6)  # members with any spring, without drift, relaxation and hysteresis
 
@@ -115,19 +116,28 @@ def peak_speed_of(initial: Initial) -> float:
     return speed if speed < UNBOUNDED_SPEED else SPARE_SPEED
 
 
-def geometry_at(initial: Initial, deflection: float, growth: float) -> Record:
-    """(1,) GEOMETRY of splines about a deflection [m], of the stiffness relative to exp(growth x), growth in 1/m."""
-    geometry = np.zeros(1, GEOMETRY)
-    spacing = SPRING_SPACING / initial.k2
-    geometry["growth"], geometry["reference"], geometry["spacing"] = growth, deflection, spacing
-    geometry["origin"] = deflection - 0.5 * INTERVALS * spacing
+def geometry_at(initial: Initial, reference: float, growth: float, span: tuple[float, float] | None = None) -> Record:
+    """(1,) GEOMETRY of splines of the stiffness relative to exp(growth (x - reference)), in 1/m and m.
+
+    The elastic spline is centred on `span` [m], by default the reference, and has SPARE_INTERVALS on either side of it.
+    """
+    geometry, (first, last) = np.zeros(1, GEOMETRY), span or (reference, reference)
+    spacing = max(SPRING_SPACING / initial.k2, (last - first) / (INTERVALS - 2 * SPARE_INTERVALS))
+    geometry["growth"], geometry["reference"], geometry["spacing"] = growth, reference, spacing
+    geometry["origin"], geometry["unit"] = 0.5 * (first + last) - 0.5 * INTERVALS * spacing, 1.0 / initial.k2
     geometry["speed_spacing"] = SPEED_SPACING * peak_speed_of(initial)
     fill_table(geometry)
     return geometry
 
 
-def members_at(initial: Initial, deflection: float, force: float, deflection_variance: float) -> Record:
-    """(n,) MEMBER, one for each of MODELS, at a first deflection [m] and force [N]."""
+def abscissas(geometry: Record) -> Array:
+    """Deflections (SPRING_SIZE,) [m] at which the coefficients are the values of the spline, to second order."""
+    return np.asarray(geometry["origin"] + (np.arange(SPRING_SIZE) - 1.0) * geometry["spacing"])
+
+
+def members_at(initial: Initial, geometry: Record, force: float, deflection_variance: float) -> Record:
+    """(n,) MEMBER, one for each of MODELS, at a first force [N] at the reference of `geometry`, (1,) GEOMETRY."""
+    deflection = float(geometry["reference"][0])
     members = np.zeros(len(MODELS), MEMBER)
     for member, model in zip(members, MODELS, strict=True):
         noise = member["model"]
@@ -142,14 +152,13 @@ def members_at(initial: Initial, deflection: float, force: float, deflection_var
             _set_damper(mean, covariance, initial)
         else:
             mean[D1], mean[D2] = initial.d1, initial.d2
-        _set_spring(mean, covariance, initial.k2 * max(force - initial.force_offset, MIN_ELASTIC_FORCE))
-        if model.shape:
-            _add_shape(mean, covariance)
-        active = np.flatnonzero(np.diag(covariance) > 0.0)
+        mean[SPRING:] = initial.k2 * max(force - initial.force_offset, MIN_ELASTIC_FORCE)
+        active = np.union1d(np.flatnonzero(np.diag(covariance) > 0.0), np.arange(SPRING, SIZE))
         active = np.union1d(active, [B]) if model.travel_std else active
         member["active"][: active.size], member["count"] = active, active.size
         member["linear"], member["stiffness"] = mean, mean[SPRING]
         member["stiffness_inflation"] = member["damping_inflation"] = 1.0
+    set_spring_prior(members, geometry)
     return members
 
 
@@ -176,21 +185,18 @@ def _set_damper(mean: Array, covariance: Array, initial: Initial) -> None:
     covariance[part, part] = initial.d1_std**2 + matern(at, DAMPER_SHAPE_LENGTH, DAMPER_SHAPE_STD * initial.d1)
 
 
-def _set_spring(mean: Array, covariance: Array, stiffness: float) -> None:
-    part = slice(SPRING, SPRING + SPRING_SIZE)
-    mean[part] = stiffness
-    covariance[part, part] = stiffness**2 * (STIFFNESS_STD**2 + SLOPE_STD**2 * np.outer(GREVILLE, GREVILLE))
+def set_spring_prior(members: Record, geometry: Record) -> None:
+    """Set the prior covariance of the elastic law of (n,) MEMBER at their prior mean, a constant, over `geometry`."""
+    part, at = slice(SPRING, SIZE), (abscissas(geometry) - geometry["reference"]) / geometry["unit"]
+    exponential = STIFFNESS_STD**2 + SLOPE_STD**2 * np.outer(at, at)
+    general = exponential + matern(at, SHAPE_LENGTH, SHAPE_STD)
+    for member in members:
+        shape = exponential if member["model"]["exponential"] else general
+        member["covariance"][part, part] = member["mean"][SPRING] ** 2 * shape
 
 
-def _add_shape(mean: Array, covariance: Array) -> None:
-    part = slice(SPRING, SPRING + SPRING_SIZE)
-    covariance[part, part] += mean[SPRING] ** 2 * matern(GREVILLE, SHAPE_LENGTH, SHAPE_STD)
-
-
-def with_growth(coefficients: Array, geometry: Record, other: Record) -> Array:
-    """Spring coefficients (..., SPRING_SIZE) of `geometry` for another geometry that differs in its growth alone.
-
-    A B-spline's coefficient is its value at the Greville abscissa to second order in the spacing.
-    """
-    at = (np.arange(SPRING_SIZE) - 1.0) * geometry["spacing"] + geometry["origin"] - geometry["reference"]
-    return np.asarray(coefficients * np.exp((geometry["growth"] - other["growth"]) * at))
+def transferred(coefficients: Array, geometry: Record, other: Record) -> Array:
+    """Spring coefficients (n, SPRING_SIZE) of `geometry` for another geometry with the same reference."""
+    before, after = abscissas(geometry), abscissas(other)
+    grown = np.exp((geometry["growth"] - other["growth"]) * (after - geometry["reference"]))
+    return np.stack([np.interp(after, before, one) * grown for one in coefficients])

@@ -27,7 +27,6 @@ from vsa_estimator.tuning.general import (
     LEVEL_RATE_TIME,
     MIN_RELATIVE_STIFFNESS,
     RELAXATION_TIMES,
-    SPRING_SPACING,
     STOP_TRAVELS,
 )
 
@@ -105,7 +104,7 @@ def at_reference(member: Record, geometry: Record) -> float:
 @compiled
 def add_scale_noise(member: Record, geometry: Record, variance: float) -> None:
     """Add a random change of the whole elastic law of this relative variance to the covariance."""
-    level = at_reference(member, geometry) * geometry[0]["spacing"] / SPRING_SPACING
+    level = at_reference(member, geometry) * geometry[0]["unit"]
     add_law_noise(member[0]["covariance"], level, member[0]["mean"][SPRING:], variance)
 
 

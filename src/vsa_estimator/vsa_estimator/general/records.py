@@ -69,6 +69,7 @@ MEMBER = np.dtype([
 GEOMETRY = np.dtype([
     ("growth", "f8"),  # kappa [1/m]
     ("reference", "f8"), ("origin", "f8"), ("spacing", "f8"),  # of the elastic spline [m]
+    ("unit", "f8"),  # 1 / k2 of the prior [m]
     ("speed_spacing", "f8"),  # of the damper's spline [m/s]
     ("table", "f8", (INTERVALS + 1, SPRING_SIZE)),  # integrals from the reference to each knot [m]
 ], align=True)  # fmt: skip

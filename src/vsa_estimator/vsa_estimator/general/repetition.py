@@ -4,6 +4,7 @@
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.general.basis import extrapolation
 from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
 from vsa_estimator.general.elastic_law import nest
 from vsa_estimator.general.encoder_motion import is_moving, smooth
@@ -24,7 +25,7 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
     drop_innovation(member)
     moves = is_moving(one["mean"][V], one["covariance"][V, V])
     one["time_since_motion"] = 0.0 if moves else one["time_since_motion"] + now["dt"]
-    if np.isnan(now["force"]) or one["time_since_motion"] >= STATIONARY_TIME:
+    if np.isnan(now["force"]) or one["time_since_motion"] >= STATIONARY_TIME or extrapolation(geometry, one["mean"][X]):
         return
     correct_force(member, geometry, step)
 

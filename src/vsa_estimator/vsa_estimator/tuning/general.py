@@ -23,6 +23,9 @@ MIN_SPEED_STD = _constant("MIN_SPEED_STD", 1e-6, "m/s", 1e-8, 1e-5,
     "lower limit of the interval of the statistical linearisation", "keeps the quotient finite")  # fmt: skip
 SPRING_SPACING = _constant("SPRING_SPACING", 0.5, "1/k2", 0.1, 2.0,
     "knot distance of the elastic spline", "interpolation error of exp(k2 x) below 1e-4")  # fmt: skip
+SPARE_INTERVALS = _constant("SPARE_INTERVALS", 2, "1", 1, 6,
+    "intervals of the elastic spline on either side of the deflections of the data",
+    "test_the_spline_has_spare_intervals_on_either_side_of_the_data")  # fmt: skip
 SPEED_SPACING = _constant("SPEED_SPACING", 1.0 / 7.0, "v*", 0.05, 0.5,
     "knot distance of the damper's spline; 14 splines reach 1.7 v*", _MEASURED)  # fmt: skip
 SPARE_SPEED = _constant("SPARE_SPEED", 3.5e-3, "m/s", 1e-4, 0.1,
@@ -149,6 +152,9 @@ MIN_GROWTH = _constant("MIN_GROWTH", 0.25, "k2", 0.05, 0.5,
 KNOTS_PER_INTERVAL = _constant("KNOTS_PER_INTERVAL", 2, "1", 1, 8,
     "knots of the published elastic law in an interval of the spline",
     "derivation: ln stiffness of a linear spring is interpolated within 0.1 %")  # fmt: skip
+MAX_LN_VARIANCE = _constant("MAX_LN_VARIANCE", 1.0, "1", 0.1, 4.0,
+    "variance of ln stiffness at a knot above which it has no part in the fit of the growth",
+    "derivation: the standard deviation of the stiffness is the stiffness, its logarithm need not exist")  # fmt: skip
 MIN_LN_VARIANCE = _constant("MIN_LN_VARIANCE", 1e-8, "1", 1e-12, 1e-6,
     "added to the variance of ln stiffness at a knot in the fit of the growth", "keeps the covariance regular")  # fmt: skip
 INTERPOLATION_ERROR = _constant("INTERPOLATION_ERROR", 0.015, "1", 0.003, 0.1,
