@@ -41,6 +41,21 @@ def test_a_silent_transmission_is_reported_within_a_hundred_milliseconds():
     assert silent_since - 19.1 <= 100
 
 
+def test_a_transmission_that_ends_with_an_unpaired_sample_is_reported_as_silent():
+    core = fusion()
+    run(core, 20)
+    feed(core, 1, 20)
+    estimate = None
+    for quarter in range(4 * 21, 4 * 200):
+        now_ns = quarter * MS // 4
+        if quarter % 4 == 0:
+            feed(core, 0, quarter // 4)
+        estimate = core.check(now_ns)
+        if estimate is not None:
+            break
+    assert estimate.reason == "transmission_2 silent"
+
+
 def test_a_slow_sensor_is_not_stale_between_its_samples():
     core = fusion()
     for k in range(5):

@@ -98,13 +98,14 @@ class JointFusion:
 
     def check(self, now_ns: int) -> JointEstimate | None:
         """Invalidate the estimate after the stale timeout; the invalid estimate with its reason, or None."""
-        timeout = max(self._config.stale_timeout * NANOSECONDS, STALE_PERIODS * self._pairing.period_ns)
+        period = self._pairing.period_ns
+        timeout = max(self._config.stale_timeout * NANOSECONDS, STALE_PERIODS * period)
         if self._pairing.pairs and now_ns - self._paired_ns <= timeout:
             return None
         silent = [
             name
             for name, arrival in zip(("transmission_1", "transmission_2"), self._arrival_ns, strict=True)
-            if arrival is None or now_ns - arrival > timeout
+            if arrival is None or now_ns - arrival > timeout - period  # its last sample may follow the last pair
         ]
         if self._pairing.pairs or None not in self._arrival_ns:
             reason = f"{' and '.join(silent)} silent" if silent else "no stamps within max_skew of each other"
