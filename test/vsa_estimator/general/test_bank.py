@@ -7,9 +7,13 @@ from vsa_common.accel import ACCELERATED
 from vsa_estimator.estimator import Estimator
 from vsa_estimator.fault_detection.consistency import Decision
 from vsa_estimator.general.bank import Bank
+from vsa_estimator.general.impedance import member_impedance
+from vsa_estimator.general.models import MODELS
+from vsa_estimator.general.records import IMPEDANCE
 from vsa_estimator.modes import Event, Mode
 from vsa_estimator.settings import EstimatorConfig, Initial
 from vsa_simulator.laws.config import ForceLaws
+from vsa_simulator.laws.internal import ViscoelasticConfig
 from vsa_simulator.laws.springs import SpringConfig
 from vsa_simulator.rig.config import SensorErrorConfig
 from vsa_simulator.rig.motion import Tone, tones
@@ -18,6 +22,7 @@ from vsa_simulator.rig.recording import Simulation, TransmissionVariant
 pytestmark = pytest.mark.skipif(not ACCELERATED, reason="the bank is too slow in plain Python")
 
 MIX = tones(0.0095, Tone(0.0032, 0.07), Tone(0.00025, 0.6, 1.1), Tone(0.0001, 1.2, 2.2))
+RELAXATION_MEMBER = [model.name for model in MODELS].index("relaxation")
 NOISE = (0.017**2, 1e-10 + 1e-10 / 12.0)  # variances of force [N^2] and deflection [m^2]
 
 
@@ -71,6 +76,20 @@ def test_the_elastic_law_covers_the_true_one_at_its_knots(spring):
     work = np.cumsum(np.diff(knots) * np.exp(0.5 * (ln_stiffness[:-1] + ln_stiffness[1:])))
     expected = np.interp(simulation.deflection[slow], knots, force + np.append(0.0, work))
     assert np.mean(simulation.force[slow]) == pytest.approx(np.mean(expected), abs=1.0)
+
+
+def test_a_relaxation_that_the_motion_does_not_separate_stays_uncertain():
+    # time constant 3 s, tones of 5 and 0.6 s: a regression on the true motion leaves 6 % for the static stiffness
+    motion = tones(0.0105, Tone(0.001, 0.19), Tone(0.00015, 1.81, 1.0))
+    laws = ForceLaws(viscoelastic=ViscoelasticConfig(share=0.12, time_constant=3.0))
+    simulation = Simulation(TransmissionVariant(laws=laws), motion, duration=45.0, rate_hz=100)
+    bank = Bank(Initial(), 100.0)
+    run(bank, simulation.recording(seed=3))
+    part, one = np.zeros(1, IMPEDANCE), bank._members[RELAXATION_MEMBER : RELAXATION_MEMBER + 1]
+    member_impedance(one, bank._geometry, part)
+    error, std = part["ln_stiffness"][0] - np.log(simulation.stiffness[-1]), np.sqrt(part["ln_stiffness_variance"][0])
+    assert abs(error) < 2.0 * std
+    assert 0.03 < std < 0.15
 
 
 def test_the_exponential_law_has_the_greatest_probability_on_the_papers_transmission():

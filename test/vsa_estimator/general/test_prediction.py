@@ -13,6 +13,7 @@ from vsa_estimator.tuning.general import LEVEL_RATE_TIME, RELAXATION_TIMES, STOP
 
 GEOMETRY = geometry_at(Initial(), 0.010, Initial().k2)
 DENSITY, DT = 0.02, 0.01
+RELAXATION_MEMBER = [model.name for model in MODELS].index("relaxation")
 
 
 def random_member(index, seed=1):
@@ -99,11 +100,11 @@ def test_the_covariance_of_the_motion_is_that_of_a_monte_carlo():
 
 
 def test_relaxation_is_that_of_maxwell_elements_at_constant_rate():
-    member = random_member(0)
-    one, v = member[0], 1e-3
-    one["mean"][V], one["stiffness"], one["relaxation"] = v, 3000.0, 0.0
-    for _ in range(300):
-        advance_memory(member, DT)
+    member, v, geometry = random_member(RELAXATION_MEMBER), 1e-3, geometry_at(Initial(), 0.010, 0.0)
+    one = member[0]
+    one["driving"], one["relaxation"] = 3000.0, 0.0
+    for i in range(300):
+        advance_memory(member, geometry, 0.010 + (i + 1) * v * DT, DT)
     times = np.array(RELAXATION_TIMES)
     assert one["relaxation"] == pytest.approx(3000.0 * v * times * (1.0 - np.exp(-3.0 / times)), rel=1e-9)
 
@@ -113,9 +114,7 @@ def test_stops_follow_the_travel_and_saturate_in_both_directions():
     one = member[0]
     for travel, expected in ((2e-5, 2e-5 / np.array(STOP_TRAVELS)), (2e-3, np.ones(3))):
         one["stop"] = 0.0
-        one["mean"][V] = travel / DT
-        advance_memory(member, DT)
+        advance_memory(member, GEOMETRY, one["deflection"] + travel, DT)
         assert one["stop"] == pytest.approx(expected)
-    one["mean"][V] = -1e-4 / DT
-    advance_memory(member, DT)
+    advance_memory(member, GEOMETRY, one["deflection"] - 1e-4, DT)
     assert one["stop"] == pytest.approx(np.maximum(1.0 - 1e-4 / np.array(STOP_TRAVELS), -1.0))

@@ -221,7 +221,6 @@ def correct_force(member: Record, geometry: Record, step: Record) -> None:
     if is_evidence(now["encoder"]):
         one["ln_likelihood"] -= 0.5 * (math.log(variance) + min(nis, SOFT_GATE))
     match_unexplained(member, innovation, modelled, dt)
-    one["stiffness"] = max(law[0]["stiffness"], 1.0)
     if nis > HARD_GATE:
         return
     inflated = inflate_innovation(nis, variance, FORCE_INFLATION)

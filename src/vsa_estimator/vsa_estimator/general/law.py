@@ -59,10 +59,17 @@ LAW = np.dtype([
 
 
 @compiled
+def prefers_smoothed(member: Record, step: Record) -> bool:
+    """Whether the smoothed motion of `step`, (1,) STEP, is more certain than that of the member."""
+    smoothed = step[0]["smoothed_covariance"][V, V] < member[0]["covariance"][V, V]
+    return bool(step[0]["relinearizing"] and smoothed)
+
+
+@compiled
 def linearize(member: Record, step: Record) -> bool:
     """Set the point at which the force of `step`, (1,) STEP, is linearised; whether its motion is the smoothed one."""
     one, now = member[0], step[0]
-    if now["relinearizing"] and now["smoothed_covariance"][V, V] < one["covariance"][V, V]:
+    if prefers_smoothed(member, step):
         one["linear"][:MOTION] = now["smoothed"]
         one["linear_covariance"][:] = now["smoothed_covariance"]
         return True

@@ -144,6 +144,7 @@ def members_at(initial: Initial, geometry: Record, force: float, deflection_vari
         for name in ("travel_std", "travel_length", "encoder", "level_density", "scale_density", "rate_density"):
             noise[name] = getattr(model, name)
         noise["spline_damper"], noise["exponential"] = model.spline_damper, not model.shape
+        noise["relaxation"] = model.relaxation
         noise["ln_prior"] = math.log(model.prior)
         mean, covariance = member["mean"], member["covariance"]
         mean[X], mean[L], mean[M], mean[D0] = deflection, force, initial.inertia, initial.coulomb_friction
@@ -156,7 +157,7 @@ def members_at(initial: Initial, geometry: Record, force: float, deflection_vari
         active = np.union1d(np.flatnonzero(np.diag(covariance) > 0.0), np.arange(SPRING, SIZE))
         active = np.union1d(active, [B]) if model.travel_std else active
         member["active"][: active.size], member["count"] = active, active.size
-        member["linear"], member["stiffness"] = mean, mean[SPRING]
+        member["linear"], member["driving"], member["deflection"] = mean, mean[SPRING:], deflection
         member["stiffness_inflation"] = member["damping_inflation"] = 1.0
     set_spring_prior(members, geometry)
     return members

@@ -6,7 +6,7 @@ import math
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_estimator.general.basis import cubic, locate
+from vsa_estimator.general.basis import cubic, growth_factor, locate
 from vsa_estimator.general.records import (
     HYSTERESIS_SIZE,
     LEVEL_RATE,
@@ -36,15 +36,35 @@ FACTORIAL = np.array([6.0, 2.0, 1.0, 1.0])  # (3 - i)! of the states of the moti
 
 
 @compiled
-def advance_memory(member: Record, dt: float) -> None:
-    """Relaxation states q_k [N], driven by the elastic force, and stop operators y_k (within +-1), over dt [s]."""
+def advance_memory(member: Record, geometry: Record, x: float, dt: float) -> None:
+    """Relaxation states q_k [N] and stop operators y_k (within +-1) over dt [s] to the deflection x [m].
+
+    They follow the deflection, as the elastic force does: the integral of the estimated velocity is another motion.
+    The relaxation states are driven by an elastic law that stays the same between repetitions, so that the force is
+    linear in their shares.
+    """
     one = member[0]
-    v = one["mean"][V]
-    for k in range(RELAXATION_SIZE):
-        decay = math.exp(-dt / RELAXATION_TIME[k])
-        one["relaxation"][k] = one["relaxation"][k] * decay + one["stiffness"] * v * RELAXATION_TIME[k] * (1.0 - decay)
+    travel, middle = x - one["deflection"], 0.5 * (x + one["deflection"])
+    one["deflection"] = x
+    if one["model"]["relaxation"]:
+        force = max(_stiffness(one["driving"], geometry, middle), 1.0) * travel
+        for k in range(RELAXATION_SIZE):
+            rate = dt / RELAXATION_TIME[k]
+            decay = math.exp(-rate)
+            one["relaxation"][k] = one["relaxation"][k] * decay + force * (1.0 - decay) / rate
     for k in range(HYSTERESIS_SIZE):
-        one["stop"][k] = min(max(one["stop"][k] + v * dt / STOP_TRAVEL[k], -1.0), 1.0)
+        one["stop"][k] = min(max(one["stop"][k] + travel / STOP_TRAVEL[k], -1.0), 1.0)
+
+
+@compiled
+def _stiffness(coefficients: Array, geometry: Record, x: float) -> float:
+    """Stiffness [N/m] of an elastic law with these coefficients (SPRING_SIZE,) at x [m]."""
+    i, u = locate(x, geometry[0]["origin"], geometry[0]["spacing"])
+    w, relative = np.empty(4), 0.0
+    cubic(u, w)
+    for j in range(4):
+        relative += w[j] * coefficients[i + j]
+    return relative * growth_factor(geometry, x)
 
 
 @compiled
@@ -93,12 +113,7 @@ def add_law_noise(p: Array, level: float, direction: Array, variance: float) -> 
 @compiled
 def at_reference(member: Record, geometry: Record) -> float:
     """Stiffness of a member at the reference [N/m]."""
-    i, u = locate(geometry[0]["reference"], geometry[0]["origin"], geometry[0]["spacing"])
-    w, stiffness = np.empty(4), 0.0
-    cubic(u, w)
-    for j in range(4):
-        stiffness += w[j] * member[0]["mean"][SPRING + i + j]
-    return stiffness
+    return _stiffness(member[0]["mean"][SPRING:], geometry, geometry[0]["reference"])
 
 
 @compiled
@@ -138,7 +153,6 @@ def predict_member(member: Record, geometry: Record, dt: float, snap_density: fl
     """Predict state and covariance by dt [s] with white snap of a density [m^2/s^7]."""
     one = member[0]
     z, p, model = one["mean"], one["covariance"], one["model"]
-    advance_memory(member, dt)
     decay = math.exp(-abs(z[V] * dt) / model["travel_length"])
     transition(z.reshape((SIZE, 1)), dt, decay)
     transition(one["bias"].reshape((SIZE, 1)), dt, decay)

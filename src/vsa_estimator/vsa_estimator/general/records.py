@@ -45,6 +45,7 @@ MODEL = np.dtype([
     ("scale_density", "f8"),  # random walk of ln of the elastic law [1/s]
     ("rate_density", "f8"),  # of the level rate [N^2/s^3]
     ("spline_damper", "?"), ("exponential", "?"),  # forms of damper and spring
+    ("relaxation", "?"),  # whether the force relaxes
     ("ln_prior", "f8"),
 ], align=True)  # fmt: skip
 
@@ -57,7 +58,8 @@ MEMBER = np.dtype([
     ("linear_covariance", "f8", (MOTION, MOTION)),  # of the motion in it
     ("active", "i8", (SIZE,)), ("count", "i8"),  # indices of the states that the model has
     ("relaxation", "f8", (RELAXATION_SIZE,)), ("stop", "f8", (HYSTERESIS_SIZE,)),
-    ("stiffness", "f8"),  # at the last step [N/m]
+    ("driving", "f8", (SPRING_SIZE,)),  # coefficients of the elastic law that drives the relaxation [N/m]
+    ("deflection", "f8"),  # at the last step [m]
     ("time_since_motion", "f8"),  # [s]
     ("unexplained", "f8"),  # variance of the force that the model does not explain [N^2]
     ("ln_likelihood", "f8"),  # relative to the best member, bounded

@@ -8,9 +8,10 @@ from vsa_estimator.general.basis import extrapolation
 from vsa_estimator.general.correction import correct_deflection, correct_force, reset_motion
 from vsa_estimator.general.elastic_law import nest
 from vsa_estimator.general.encoder_motion import is_moving, smooth
+from vsa_estimator.general.law import prefers_smoothed
 from vsa_estimator.general.models import NESTED
-from vsa_estimator.general.prediction import add_shift_noise, drop_innovation, predict_member
-from vsa_estimator.general.records import MOTION, L, Record, V, X
+from vsa_estimator.general.prediction import add_shift_noise, advance_memory, drop_innovation, predict_member
+from vsa_estimator.general.records import MOTION, SPRING, L, Record, V, X
 from vsa_estimator.tuning.filter import STATIONARY_TIME
 from vsa_estimator.tuning.general import MAX_EVIDENCE, STEPS_PER_SLICE
 
@@ -22,6 +23,8 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
     predict_member(member, geometry, now["dt"], now["encoder"]["density"])
     if not correct_deflection(member, now["deflection"], now["deflection_variance"]):
         reset_motion(member, step["encoder"])
+    x = now["smoothed"][X] if prefers_smoothed(member, step) else one["mean"][X]
+    advance_memory(member, geometry, x, now["dt"])
     drop_innovation(member)
     moves = is_moving(one["mean"][V], one["covariance"][V, V])
     one["time_since_motion"] = 0.0 if moves else one["time_since_motion"] + now["dt"]
@@ -70,7 +73,7 @@ class Repetition:
         A motion is smoothed by the deflections of `lag` later steps.
         """
         self.members, self.geometry = prior.copy(), geometry
-        self.members["linear"] = coefficients
+        self.members["linear"], self.members["driving"] = coefficients, coefficients[:, SPRING:]
         self._prior, self._lag = prior, lag
         self._first, self._done = len(NESTED), 0  # the first repeated member; repeated steps
         motion = prior[0]["mean"][:MOTION], prior[0]["covariance"][:MOTION, :MOTION]
@@ -108,4 +111,5 @@ def shift_geometry(geometry: Record, deflection: float) -> None:
 def shift_members(members: Record, deflection: float, force: float) -> None:
     """Encoder and force sensor read `deflection` [m] and `force` [N] more from now on."""
     members["mean"][:, X] += deflection
+    members["deflection"] += deflection
     members["mean"][:, L] += force
