@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from transmission_data import MULTISINE, TRANSMISSION_1, measure, record, wrong_start
 from vsa_estimator.estimator import Estimator
-from vsa_estimator.force_law.state import S
+from vsa_estimator.force_law.state import S, Z
 from vsa_estimator.tuning.filter import NIS_THRESHOLD
 
 
@@ -27,6 +27,28 @@ def test_the_state_of_the_filter_contains_what_the_choice_of_the_law_leaves_open
     of_coefficients = np.subtract(wide.coefficient_covariance, narrow.coefficient_covariance)
     assert of_coefficients[0] == pytest.approx(1.0)
     assert np.count_nonzero(of_coefficients) == 1
+
+
+def test_where_the_evidence_is_against_an_exponential_spring_the_bank_is_published_and_the_coefficients_stay():
+    recording = record(TRANSMISSION_1, MULTISINE, 25.0)
+    estimator = Estimator(wrong_start(TRANSMISSION_1))
+    estimator.add_many(recording.stamp_ns, recording.force, recording.deflection)
+    supervisor = estimator._supervisor
+    laws, before = supervisor.laws, estimator.state()
+    laws._laws._another_spring = True
+    laws.choose(supervisor.tracker, supervisor.modes, supervisor.step_ns)
+    assert laws.publishes_bank
+    assert not laws.replaces_filter
+    estimator._publish_snapshot()
+    published, impedance = estimator.predict_to(supervisor.step_ns + 1), laws.impedance[0]
+    at_filter = impedance["slope"] * (supervisor.tracker.position - impedance["motion"][0])
+    assert published.stiffness == pytest.approx(np.exp(impedance["ln_stiffness"] + at_filter), rel=1e-5)
+    expected = impedance["ln_stiffness_variance"] * published.stiffness**2
+    assert published.stiffness_variance == pytest.approx(expected, rel=1e-2)
+    assert published.damping == pytest.approx(impedance["damping"], rel=1e-3)
+    assert published.inertia == pytest.approx(supervisor.tracker.z[Z.M])
+    assert (published.k2, published.d2) == (before.k2, before.d2)
+    assert estimator.state().k2_valid
 
 
 def test_a_bank_that_does_not_explain_the_force_leaves_the_interval_as_it_was():

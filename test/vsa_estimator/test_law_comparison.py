@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.general.records import IMPEDANCE
-from vsa_estimator.law_comparison import LawComparison
+from vsa_estimator.law_comparison import LawComparison, move_to
 from vsa_estimator.tuning.general import (
     COMPARISON_TIME,
     DAMPER_SHAPE_STD,
@@ -173,3 +173,21 @@ def test_the_systematic_error_of_the_bank_is_no_choice_of_the_law():
     exact = bank()
     exact["ln_stiffness_variance"], exact["damping_variance"] = STIFFNESS_BIAS**2, (DAMPING_BIAS * 4000.0) ** 2
     assert LawComparison().discrepancies(exact, 1.0, False) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 4.0])
+def test_the_impedance_of_the_bank_at_the_motion_of_the_filter(ratio):
+    """It follows its slopes; the variances grow by the slopes' own and by a motion that is less certain (`ratio`)."""
+    one, other = filtered(), bank()
+    one["deflection"], one["acceleration"] = 0.012, 0.03
+    other["slope"], other["slope_variance"], other["damping_slope"] = 250.0, 4.0, -2e5
+    other["motion"], other["motion_covariance"] = (0.011, 0.5e-3, 0.0), np.diag([1e-10, 1e-8, 1e-4])
+    covariance, moved = ratio * other["motion_covariance"][0], other.copy()
+    move_to(one, covariance, moved)
+    after, before, growth = moved[0], other[0], max(ratio - 1.0, 0.0)
+    assert after["ln_stiffness"] == pytest.approx(before["ln_stiffness"] + 250.0 * 1e-3)
+    assert after["ln_stiffness_variance"] == pytest.approx(VARIANCE + 4.0 * 1e-6 + growth * 250.0**2 * 1e-10)
+    assert after["damping"] == pytest.approx(4000.0 - 2e5 * 0.5e-3)
+    assert after["damping_variance"] == pytest.approx(DAMPING_STD**2 + growth * 2e5**2 * 1e-8)
+    assert after["motion"].tolist() == [0.012, 1e-3, 0.03]
+    assert np.array_equal(after["motion_covariance"], covariance)

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from vsa_common.accel import ACCELERATED
+from vsa_estimator.general.bank import Bank
 from vsa_estimator.general.models import MODELS
 from vsa_estimator.general.records import DELAY
 from vsa_estimator.law_selection import LawSelection, Reversals
@@ -144,6 +145,16 @@ def test_the_interval_contains_the_error_of_an_estimated_shift(spring):
     slope = float(laws.impedance["slope"][0])
     assert abs(error_of(laws, simulation, 1802)) < 2.0 * std
     assert 0.8 < std / (slope * 1e-4) < 2.0
+
+
+def test_another_spring_is_preferred_until_the_evidence_has_fallen_to_half(monkeypatch):
+    _, recording = simulated("quadratic")
+    laws, preferred = run(recording, 1500), []
+    for i, share in enumerate((0.4, 0.9, 1.1, 0.6, 0.4, 0.9)):
+        monkeypatch.setattr(Bank, "exponential_spring_evidence", property(lambda _, share=share: -share * REFUTATION))
+        step(laws, recording, 1500 + i)
+        preferred.append(laws._another_spring)
+    assert preferred == [False, False, True, True, False, False]
 
 
 def test_a_gap_keeps_the_coefficients():

@@ -12,7 +12,7 @@ SCALARS = ("ln_stiffness", "ln_stiffness_variance", "slope", "slope_variance", "
 
 def with_choice(state: State, laws: LawChoice) -> State:
     """The state of the filter, with what the choice of the law leaves open in its ln stiffness, or with the bank's."""
-    if laws.publishes_bank:
+    if laws.replaces_filter:
         return with_bank(state, laws)
     added = laws.discrepancies[0]
     variance = state.ln_stiffness_reference_variance + added

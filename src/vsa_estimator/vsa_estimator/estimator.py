@@ -235,7 +235,7 @@ class Estimator:
             not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
             supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, self._latch.sensor_fault_until_ns,
-            laws.publishes_bank, laws.impedance[0], *laws.discrepancies, *self._constants,
+            laws.publishes_bank, laws.published_impedance[0], *laws.discrepancies, *self._constants,
         )  # fmt: skip
 
     def _accept(self, stamp_ns: int, instant_ns: int, force: float, predicted: Predicted) -> Estimate:

@@ -13,7 +13,7 @@ from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.general.records import IMPEDANCE, Record
-from vsa_estimator.law_comparison import LawComparison
+from vsa_estimator.law_comparison import LawComparison, move_to
 from vsa_estimator.law_selection import LawSelection
 from vsa_estimator.modes import Mode, ModeMachine
 from vsa_estimator.output.elastic_law import ElasticLaw
@@ -21,7 +21,7 @@ from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.fault_detection import CHECKPOINT_PERIOD
 from vsa_estimator.tuning.general import ACCEPTANCE, REJECTION
-from vsa_estimator.tuning.output import MAX_PREDICTION_TIME
+from vsa_estimator.tuning.output import MAX_PREDICTION_TIME, MAX_STIFFNESS_STD
 
 NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
 
@@ -43,13 +43,15 @@ class LawChoice:
         automatic = config.elastic_law == "automatic" and ACCELERATED
         self._laws = LawSelection(config.initial, config.filter_rate) if automatic else None
         self._comparison, self._prediction = LawComparison(), np.zeros(1, PREDICTION)
+        self._moved = np.zeros(1, IMPEDANCE)  # of the bank, at the motion of the filter
         self._checkpoints: deque[Checkpoint] = deque(maxlen=2)
         self._chosen_ns = self._kept_ns = 0
-        self._published_share = 0.0  # leaky share of the time in which the bank was published
+        self._replaced_share = 0.0  # leaky share of the time in which the bank replaced the filter
         self.is_held = self._slice_due = False  # is_held: like the filter's coefficients
         self._repetitions, self._compared_age = 0, 0.0  # of the bank at the last comparison
-        self.publishes_bank = False
-        self.discrepancies = (0.0, 0.0)  # variances of the published ln stiffness and damping by the choice of the law
+        self.publishes_bank = False  # its stiffness and damping
+        self.replaces_filter = False  # the bank, which is inconsistent with the filter: its coefficients, too
+        self.discrepancies = (0.0, 0.0)  # variances of the filter's ln stiffness and damping by the choice of the law
 
     @property
     def is_slice_due(self) -> bool:
@@ -60,10 +62,10 @@ class LawChoice:
     def explains_inconsistency(self) -> bool:
         """Whether an inconsistency of the filter's coefficients is one of their law, and no fault since the checkpoint.
 
-        The bank was published for most of a checkpoint's greatest age, and explains the forces; in a part of the stroke
-        that is new to it, its stiffness need not be valid.
+        The bank replaced the filter for most of a checkpoint's greatest age, and explains the forces; in a part of the
+        stroke that is new to it, its stiffness need not be valid.
         """
-        return self._laws is not None and self._laws.is_adequate and self._published_share > ACCEPTANCE
+        return self._laws is not None and self._laws.is_adequate and self._replaced_share > ACCEPTANCE
 
     @property
     def impedance(self) -> Record:
@@ -71,9 +73,14 @@ class LawChoice:
         return self._laws.impedance if self._laws is not None else NO_IMPEDANCE
 
     @property
+    def published_impedance(self) -> Record:
+        """(1,) IMPEDANCE that is published where the bank is: at the motion of the filter unless that is replaced."""
+        return self.impedance if self.replaces_filter else self._moved
+
+    @property
     def description(self) -> str:
-        """The bank's most probable model, where the bank is published; else empty."""
-        return self._laws.bank.description if self._laws is not None and self.publishes_bank else ""
+        """The bank's most probable model, where it replaces the filter; else empty."""
+        return self._laws.bank.description if self._laws is not None and self.replaces_filter else ""
 
     def elastic_law(self) -> ElasticLaw | None:
         """The elastic law of the bank; None without data."""
@@ -93,9 +100,9 @@ class LawChoice:
     def restart(self) -> None:
         """Drop the data: the position is no longer valid."""
         self._checkpoints.clear()
-        self.is_held = self.publishes_bank = False
+        self.is_held = self.publishes_bank = self.replaces_filter = False
         self.discrepancies = (0.0, 0.0)
-        self._published_share = 0.0
+        self._replaced_share = 0.0
         if self._laws is not None:
             self._laws.restart()
             self._comparison.restart()
@@ -110,10 +117,11 @@ class LawChoice:
 
         The inconsistency is then a fault or a change, which the bank must not explain: it returns to its checkpoint.
         """
-        if self.is_held or not self._checkpoints:
+        if self.is_held or not self._checkpoints or self._laws is None:
             return
         self.is_held = True
-        self._laws, self._comparison = self._checkpoints[0]
+        present, (self._laws, self._comparison) = self._laws, self._checkpoints[0]
+        self._laws.continue_from(present)
         self._replace_checkpoints()
 
     def reject(self) -> None:
@@ -151,28 +159,29 @@ class LawChoice:
             return False
         self.is_held &= modes.suspended
         if self.is_held:
-            self._laws.interrupt()
+            self._laws.follow(block.stamp_ns, block.deflection)
             return False
         self._slice_due = True
         force = block.force if block.forces else math.nan
         self._laws.step(block.stamp_ns, (block.deflection, noise[0]), (force, noise[1]))
         if modes.general:
             return self._laws.has_failed
-        return modes.mode is not Mode.SUSPENDED and self._laws.is_refuted and self._replaces_filter
+        return modes.mode is not Mode.SUSPENDED and self._laws.is_refuted and self._is_inconsistent
 
     def choose(self, tracker: Tracker, modes: ModeMachine, step_ns: int) -> None:
-        """Choose what is published after a step at `step_ns`: in mode GENERAL the bank, else where both differ."""
+        """Choose what is published after a step at `step_ns`: the bank in mode GENERAL, and by comparison."""
         elapsed = min((step_ns - self._chosen_ns) * 1e-9, MAX_PREDICTION_TIME)  # one sample after a gap decides nothing
         self._chosen_ns = step_ns
-        self.publishes_bank, self.discrepancies = modes.general, (0.0, 0.0)
+        self.publishes_bank = self.replaces_filter = modes.general
+        self.discrepancies = (0.0, 0.0)
         laws = self._laws
         if laws is None or laws.is_confirmed or modes.mode not in (Mode.INITIALIZING, Mode.TRACKING):
             return
         if laws.bank.age > 0.0:
             self._compare(laws, tracker)
-            published = 1.0 if self.publishes_bank else 0.0
-            self._published_share += elapsed / (2.0 * CHECKPOINT_PERIOD) * (published - self._published_share)
-        if self.publishes_bank:
+            replaced = 1.0 if self.replaces_filter else 0.0
+            self._replaced_share += elapsed / (2.0 * CHECKPOINT_PERIOD) * (replaced - self._replaced_share)
+        if self.replaces_filter:
             self._checkpoints.clear()
         elif modes.initialized and step_ns - self._kept_ns > CHECKPOINT_PERIOD * 1e9 and self._is_accepted:
             self._keep(step_ns)
@@ -186,9 +195,13 @@ class LawChoice:
             comparison.restart_test()
         predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
         comparison.add(elapsed if laws.is_rich else 0.0, self._prediction, self.impedance, another)
-        if laws.is_comparable and self._replaces_filter:
-            self.publishes_bank = True
-        else:
+        self.replaces_filter = laws.is_comparable and self._is_inconsistent
+        valid = float(self.impedance["ln_stiffness_variance"][0]) < MAX_STIFFNESS_STD**2
+        self.publishes_bank = self.replaces_filter or (laws.prefers_another_spring and valid)
+        if self.publishes_bank:
+            self._moved[:] = self.impedance
+            move_to(self._prediction, tracker.p[:3, :3], self._moved)
+        if not self.replaces_filter:
             self.discrepancies = comparison.discrepancies(self.impedance, another, laws.is_improbable)
 
     @property
@@ -197,7 +210,7 @@ class LawChoice:
         laws = self._laws
         if laws is None:
             return False
-        return not self._replaces_filter if laws.is_comparable else laws.bank.exponential_probability > ACCEPTANCE
+        return not self._is_inconsistent if laws.is_comparable else laws.bank.exponential_probability > ACCEPTANCE
 
     def _keep(self, step_ns: int) -> None:
         if self._laws is not None and not self._laws.bank.is_repeating:
@@ -210,14 +223,14 @@ class LawChoice:
         self._keep(self._kept_ns)
 
     @property
-    def _replaces_filter(self) -> bool:
+    def _is_inconsistent(self) -> bool:
         """Whether filter and bank are inconsistent, or the filter has no valid stiffness under an improbable law."""
         improbable = self._laws is not None and self._laws.bank.exponential_probability < REJECTION
         return self._comparison.exceeds_threshold or (improbable and not self._comparison.filter_valid)
 
     def coefficients(self, tracker: Tracker) -> Coefficients:
         """Published coefficients; k2 of the bank is the local slope of ln sigma, d2 is not defined there."""
-        if self.publishes_bank:
+        if self.replaces_filter:
             now = self.impedance[0]
             return (
                 float(now["slope"]), float(now["slope_variance"]), 0.0, 0.0, float(now["level"]), float(now["coulomb"])

@@ -9,6 +9,7 @@ special one, or widens its interval. Track-to-track association; Bar-Shalom, Li 
 import math
 
 from vsa_common.accel import compiled
+from vsa_common.types import Array
 from vsa_estimator.filter.records import Record
 from vsa_estimator.tuning.general import (
     COMPARISON_CAP,
@@ -50,6 +51,26 @@ def differences(filtered: Record, impedance: Record) -> tuple[bool, tuple[float,
         change = one["damping"] - other["damping"] - other["damping_slope"] * (one["velocity"] - v)
         damping = (change, one["damping_variance"] + other["damping_variance"])
     return one["ln_stiffness_variance"] < MAX_STIFFNESS_STD**2, stiffness, damping
+
+
+@compiled
+def move_to(filtered: Record, covariance: Array, impedance: Record) -> None:
+    """Move a (1,) IMPEDANCE to the motion of the filter, (1,) PREDICTION with this covariance (3, 3).
+
+    The filter follows the onset of a motion first. The variances grow by what is less certain of its motion.
+    """
+    one, other = filtered[0], impedance[0]
+    dx, dv = one["deflection"] - other["motion"][0], one["velocity"] - other["motion"][1]
+    slope, by_speed, before = other["slope"], other["damping_slope"], other["motion_covariance"]
+    other["ln_stiffness"] += slope * dx
+    other["ln_stiffness_variance"] += other["slope_variance"] * dx * dx
+    other["ln_stiffness_variance"] += slope * slope * max(covariance[0, 0] - before[0, 0], 0.0)
+    other["damping"] += by_speed * dv
+    other["damping_variance"] += by_speed * by_speed * max(covariance[1, 1] - before[1, 1], 0.0)
+    other["motion"][0], other["motion"][1], other["motion"][2] = (
+        one["deflection"], one["velocity"], one["acceleration"],
+    )  # fmt: skip
+    other["motion_covariance"][:, :] = covariance
 
 
 class Difference:

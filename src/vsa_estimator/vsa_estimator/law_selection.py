@@ -63,11 +63,22 @@ class LawSelection:
         self._interrupted = False  # the motion has a gap before the next step
         self._shift = (0.0, 0.0)  # variances of a shift of encoder [m^2] and force sensor [N^2] in it
         self._refuted_for = self._inadequate_for = 0.0  # [s]
+        self._another_spring = False  # whether the evidence is against an exponential spring
         self._mean_nis = 1.0  # of the force in the most probable member
 
     def interrupt(self) -> None:
         """The motion has a gap before the next step."""
         self._interrupted = True
+
+    def follow(self, stamp_ns: int, deflection: float) -> None:
+        """Follow the motion to a deflection [m] at a stamp [ns] without an update; the next step is after a gap."""
+        self.bank.follow((stamp_ns - self._step_ns) * 1e-9, deflection)
+        self._step_ns, self._interrupted = stamp_ns, True
+
+    def continue_from(self, present: "LawSelection") -> None:
+        """Go on with the coefficients of this selection, a checkpoint, at the time of the `present` one."""
+        self.bank.take_memory(present.bank)
+        self._step_ns = present._step_ns
 
     def copied(self) -> "LawSelection":
         """The selection as it is, without a running repetition."""
@@ -88,7 +99,7 @@ class LawSelection:
         dt = (stamp_ns - self._step_ns) * 1e-9
         self._step_ns = stamp_ns
         if self._interrupted:
-            self.bank.interrupt(*deflection, self._shift)
+            self.bank.interrupt(dt, deflection, self._shift)
             self._interrupted, self._shift = False, (0.0, 0.0)
             return
         self.bank.step(dt, deflection, force)
@@ -96,6 +107,8 @@ class LawSelection:
         nis = self.bank.force_nis
         if nis is not None:
             self._mean_nis += min(dt / ADEQUACY_TIME, 1.0) * (min(nis, NIS_CAP) - self._mean_nis)
+        limit = 0.5 * REFUTATION if self._another_spring else REFUTATION
+        self._another_spring = self.bank.exponential_spring_evidence < -limit
         refuted = self.is_improbable and self.is_rich and self.is_adequate
         self._refuted_for = self._refuted_for + dt if refuted else 0.0
         self._inadequate_for = 0.0 if self.is_adequate else self._inadequate_for + dt
@@ -127,6 +140,11 @@ class LawSelection:
     def is_comparable(self) -> bool:
         """Whether the mixture can be compared with the filter: by a motion that is rich enough, and adequate."""
         return self.is_rich and self.is_adequate and not self.is_confirmed
+
+    @property
+    def prefers_another_spring(self) -> bool:
+        """Whether the evidence is against an exponential spring with any damper; with a hysteresis of its half."""
+        return self._another_spring and self.is_comparable
 
     @property
     def has_failed(self) -> bool:

@@ -14,7 +14,7 @@ from vsa_estimator.force_law.state import Z
 from vsa_estimator.general.bank import Bank
 from vsa_estimator.initialization.row_noise import whiten
 from vsa_estimator.initialization.windows import BAND
-from vsa_estimator.law_comparison import differences
+from vsa_estimator.law_comparison import differences, move_to
 from vsa_estimator.output.predictor import ALIVE, predict, process_sample
 from vsa_estimator.output.records import SNAPSHOT
 from vsa_estimator.preprocessing.pipeline import Pipeline
@@ -56,11 +56,13 @@ def _run_bank() -> None:
         bank.step(0.1, (0.01 + 1e-4 * number, 1e-10), (30.0, 1e-4))
     while bank.is_repeating:
         bank.repeat_slice()
-    bank.interrupt(0.01, 1e-10)
+    bank.follow(0.01, 0.01)
+    bank.interrupt(0.01, (0.01, 1e-10))
     tracker = _moving_tracker()
     prediction = np.zeros(1, PREDICTION)
     predict_output(tracker.state, tracker.reference, 0.0, 0.0, prediction)
     differences(prediction, bank.impedance)
+    move_to(prediction, tracker.p[:3, :3], bank.impedance)
 
 
 def _moving_tracker() -> Tracker:

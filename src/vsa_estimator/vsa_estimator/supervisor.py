@@ -71,7 +71,7 @@ class Supervisor(FilterParts):
         self._samples_per_step = block.samples
         tracker.update_uncertainty()
         self.laws.choose(tracker, self.modes, block.stamp_ns)
-        self.inertia_observable = not self.laws.publishes_bank and inertia_observable(tracker, self.noise.force.std)
+        self.inertia_observable = not self.laws.replaces_filter and inertia_observable(tracker, self.noise.force.std)
 
     def _step_laws(self, block: Decimated, deflection_variance: float) -> None:
         """Step the bank of laws; mode GENERAL where it refutes the exponential law, and back where it fails."""

@@ -12,6 +12,7 @@ from vsa_estimator.general.models import MODELS
 from vsa_estimator.general.records import IMPEDANCE
 from vsa_estimator.modes import Event, Mode
 from vsa_estimator.settings import EstimatorConfig, Initial
+from vsa_estimator.tuning.general import RELAXATION_TIMES
 from vsa_simulator.laws.config import ForceLaws
 from vsa_simulator.laws.internal import ViscoelasticConfig
 from vsa_simulator.laws.springs import SpringConfig
@@ -92,6 +93,40 @@ def test_a_relaxation_that_the_motion_does_not_separate_stays_uncertain():
     assert 0.03 < std < 0.15
 
 
+@pytest.mark.parametrize("restored", [False, True])
+def test_a_relaxation_continues_after_held_coefficients(restored):
+    """They are held for 4 s, or from 20 s on again at 24 s, while the rod moves: the relaxation has gone on."""
+    laws = ForceLaws(viscoelastic=ViscoelasticConfig(share=0.2, time_constant=2.0))
+    simulation = Simulation(TransmissionVariant(laws=laws), MIX, duration=32.0, rate_hz=100)
+    recording, bank = simulation.recording(seed=1), Bank(Initial(), 100.0)
+    run(bank, recording, slice(2000))
+    assert "relaxation" in bank.description
+    if restored:
+        checkpoint = bank.copied()
+        run(bank, recording, slice(2000, 2400))
+        checkpoint.take_memory(bank)
+        bank = checkpoint
+    else:
+        for deflection in recording.deflection[2000:2400]:
+            bank.follow(0.01, float(deflection))
+    bank.interrupt(0.01, (float(recording.deflection[2400]), NOISE[1]))
+    out = run(bank, recording, slice(2401, None))
+    assert "relaxation" in bank.description
+    error = out[:, 0] - np.log(simulation.stiffness[2401:])
+    assert np.mean(np.abs(error) < 2.0 * np.sqrt(out[:, 1])) > 0.95
+
+
+def test_the_relaxation_of_a_gap_at_rest_decays():
+    _, recording = simulated(duration=10.0)
+    bank = Bank(Initial(), 100.0)
+    run(bank, recording)
+    member = bank._members[RELAXATION_MEMBER]
+    before, position = member["relaxation"].copy(), float(member["deflection"])
+    bank.interrupt(2.0, (position, NOISE[1]))
+    expected = before * np.exp(-2.0 / np.array(RELAXATION_TIMES))
+    assert bank._members[RELAXATION_MEMBER]["relaxation"] == pytest.approx(expected, abs=1e-6 * np.abs(before).max())
+
+
 def test_the_exponential_law_has_the_greatest_probability_on_the_papers_transmission():
     _, recording = simulated()
     bank = Bank(Initial(), 100.0)
@@ -110,7 +145,7 @@ def test_after_a_gap_the_law_is_kept():
     simulation, recording = simulated("quadratic")
     bank = Bank(Initial(), 100.0)
     run(bank, recording)
-    bank.interrupt(float(recording.deflection[-1]), NOISE[1])
+    bank.interrupt(0.01, (float(recording.deflection[-1]), NOISE[1]))
     bank.step(0.01, (float(recording.deflection[-1]), NOISE[1]), (float(recording.force[-1]), NOISE[0]))
     assert bank.impedance[0]["ln_stiffness"] == pytest.approx(np.log(simulation.stiffness[-1]), abs=0.05)
 
@@ -120,7 +155,7 @@ def test_after_a_gap_the_impedance_is_that_at_the_new_position():
     bank = Bank(Initial(), 100.0)
     run(bank, recording)
     other = int(np.argmax(np.abs(recording.deflection - recording.deflection[-1])))
-    bank.interrupt(float(recording.deflection[other]), NOISE[1])
+    bank.interrupt(0.01, (float(recording.deflection[other]), NOISE[1]))
     assert bank.impedance[0]["motion"][0] == pytest.approx(recording.deflection[other])
     assert abs(np.log(simulation.stiffness[other] / simulation.stiffness[-1])) > 0.3
     assert bank.impedance[0]["ln_stiffness"] == pytest.approx(np.log(simulation.stiffness[other]), abs=0.05)
@@ -177,7 +212,7 @@ def test_a_repetition_passes_a_gap_and_a_shift_of_either_sensor(shift, force_shi
         force += force_shift if i >= 800 else 0.0
         if i == 800:  # after that at 8 s
             bank.shift(shift, force_shift)
-            bank.interrupt(*moved)
+            bank.interrupt(0.01, moved)
             continue
         bank.step(0.01, moved, (float(force), NOISE[0]))
         while bank.is_repeating:

@@ -15,9 +15,9 @@ from vsa_common.types import Array
 from vsa_estimator.general.elastic_law import elastic_law, fitted_growth
 from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
-from vsa_estimator.general.models import MODELS, SIMPLE, geometry_at, members_at, set_spring_prior, transferred
+from vsa_estimator.general.models import MODELS, NESTED, SIMPLE, geometry_at, members_at, set_spring_prior, transferred
 from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, X
-from vsa_estimator.general.repetition import Repetition, advance, shift_geometry, shift_members
+from vsa_estimator.general.repetition import Repetition, advance, follow, shift_geometry, shift_members
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.general import (
     MIN_GROWTH,
@@ -53,20 +53,31 @@ class Bank:
         self._span = (math.inf, -math.inf)  # of the deflections [m]
         self._repetition: Repetition | None = None  # that is running
 
-    def interrupt(self, deflection: float, variance: float, shift: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Reset the motion to a deflection [m] of this variance [m^2] after a gap; the coefficients stay.
+    def interrupt(self, dt: float, deflection: tuple[float, float], shift: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Reset the motion to a `deflection` [m] with its variance after a gap of dt [s]; the coefficients stay.
 
         `shift`: variances of a shift of encoder [m^2] and force sensor [N^2] within the gap.
         """
         if self._members is None:
             return
-        self._encoder.restart(deflection, variance)
+        self._encoder.restart(*deflection)
         step = np.zeros(1, STEP)
-        step["gap"], step["deflection_variance"], step["force_variance"] = True, *shift
+        step["gap"], step["dt"], step["deflection_variance"], step["force_variance"] = True, dt, *shift
         self._encoder.write(step["encoder"])
         advance(self._members, self._geometry, step)
         self._mix(self._members)
         self._store(step)
+
+    def follow(self, dt: float, deflection: float) -> None:
+        """Advance relaxation and hysteresis over dt [s] to a deflection [m]; nothing else changes."""
+        if self._members is not None:
+            follow(self._members, self._geometry, deflection, dt)
+
+    def take_memory(self, other: "Bank") -> None:
+        """Take relaxation and hysteresis, which follow the deflection alone, from a bank of the same data and later."""
+        if self._members is not None and other._members is not None:
+            for name in ("relaxation", "stop", "deflection"):
+                self._members[name] = other._members[name]
 
     def copied(self) -> "Bank":
         """The bank without a running repetition. Only one of the two may go on: they share the stored steps."""
@@ -136,6 +147,11 @@ class Bank:
     def exponential_probability(self) -> float:
         """Probability of the exponential law."""
         return float(self._probabilities[0])
+
+    @property
+    def exponential_spring_evidence(self) -> float:
+        """Log likelihood of an exponential spring with any damper relative to the best member, as that of the law."""
+        return float(self._members["ln_likelihood"][list(NESTED)].max()) if self._members is not None else 0.0
 
     def elastic_law(self) -> tuple[Array, Array, Array, float] | None:
         """Elastic law of the mixture, see `vsa_estimator.general.elastic_law`; None before the second step."""

@@ -83,10 +83,10 @@ class Model(NamedTuple):
 
 
 MODELS = (
-    Model("exponential", 0.3, spline_damper=False, delay=False, stribeck=False, shape=False),
+    Model("exponential", 0.28, spline_damper=False, delay=False, stribeck=False, shape=False),
     Model("exponential, any damper and friction", 0.08, shape=False),
-    Model("any spring", 0.2, spline_damper=False, delay=False, stribeck=False),
-    Model("any spring, delay", 0.1, spline_damper=False, stribeck=False),
+    Model("any spring", 0.18, spline_damper=False, delay=False, stribeck=False),
+    Model("any spring, delay", 0.085, spline_damper=False, stribeck=False),
     Model("any damper", 0.05, delay=False, stribeck=False),
     Model("any damper and friction", 0.05),
     Model("drift", 0.05, level_density=2.5e-5, scale_density=1e-6),
@@ -96,8 +96,8 @@ MODELS = (
     Model("very rough force", 0.03, travel_std=0.12, travel_length=0.7e-3, level_density=4e-4, scale_density=1e-6),
     Model("cyclic encoder error", 0.03, travel_std=15e-6, travel_length=0.5e-3, encoder=True, level_density=2.5e-5,
         scale_density=1e-7),
-    Model("relaxation", 0.03, relaxation=True),
-    Model("hysteresis", 0.03, hysteresis=True, travel_std=0.03, travel_length=0.7e-3, level_density=2.5e-5,
+    Model("relaxation", 0.06, relaxation=True),
+    Model("hysteresis", 0.06, hysteresis=True, travel_std=0.03, travel_length=0.7e-3, level_density=2.5e-5,
         scale_density=1e-7),
 )  # fmt: skip
 NESTED = {0: 2, 1: 5}  # members with an exponential spring, by index, and what they differ from in the spring alone

@@ -35,11 +35,16 @@ def advance_member(member: Record, geometry: Record, step: Record) -> None:
 
 @compiled
 def advance(members: Record, geometry: Record, step: Record) -> None:
-    """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one, or -inf: it has diverged."""
+    """One step of all members; their likelihoods stay within MAX_EVIDENCE of the best one, or -inf: it has diverged.
+
+    In a gap the deflection changes at a constant rate.
+    """
     now = step[0]
     if now["gap"]:
         for m in range(members.size):
+            predict_member(members[m : m + 1], geometry, now["dt"], 0.0)
             reset_motion(members[m : m + 1], step["encoder"])
+            advance_memory(members[m : m + 1], geometry, members[m]["mean"][X], now["dt"])
             drop_innovation(members[m : m + 1])
             add_shift_noise(members[m : m + 1], geometry, now["deflection_variance"], now["force_variance"])
         return
@@ -52,6 +57,13 @@ def advance(members: Record, geometry: Record, step: Record) -> None:
     for m in range(members.size):
         if np.isfinite(members[m]["ln_likelihood"]):
             members[m]["ln_likelihood"] = max(members[m]["ln_likelihood"] - best, -MAX_EVIDENCE)
+
+
+@compiled
+def follow(members: Record, geometry: Record, deflection: float, dt: float) -> None:
+    """Advance relaxation and hysteresis of all members over dt [s] to a deflection [m]."""
+    for m in range(members.size):
+        advance_memory(members[m : m + 1], geometry, deflection, dt)
 
 
 @compiled

@@ -11,9 +11,9 @@ from vsa_estimator.tuning.output import MAX_BEYOND_PEAK
 
 @compiled
 def predict_general(impedance: Record, ahead: float, jerk_density: float, prediction: Record) -> None:
-    """Motion and impedance, `ahead` [s] of `impedance`, an IMPEDANCE record, into `prediction`, (1,) PREDICTION.
+    """Motion, stiffness and damping, `ahead` [s] of `impedance`, an IMPEDANCE record, into (1,) PREDICTION.
 
-    Stiffness and damping follow their local slopes. Inertia has the mixture's moments.
+    Stiffness and damping follow their local slopes; their covariances are not known. The inertia stays as it is.
     """
     now, out, t, q = impedance, prediction[0], ahead, jerk_density
     z, p, half = now["motion"], now["motion_covariance"], 0.5 * t * t
@@ -29,7 +29,6 @@ def predict_general(impedance: Record, ahead: float, jerk_density: float, predic
     out["ln_stiffness_variance"] = now["ln_stiffness_variance"] + slope * slope * growing
     out["damping"] = now["damping"] + by_speed * (out["velocity"] - z[1])
     out["damping_variance"] = now["damping_variance"] + by_speed * by_speed * faster
-    out["inertia"], out["inertia_variance"] = now["inertia"], now["inertia_variance"]
     out["stiffness_damping_covariance"] = 0.0
     out["stiffness_inertia_covariance"] = out["damping_inertia_covariance"] = 0.0
     out["peak_speed"] = 0.0 if now["beyond_peak"] > MAX_BEYOND_PEAK else UNBOUNDED_SPEED

@@ -73,12 +73,12 @@ def predict_into(
     now = snapshot[0]["published"]
     prediction = np.empty(1, PREDICTION)
     ahead = min(max((instant_ns - now["step_ns"]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
+    predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
     if now["general"]:
         predict_general(now["impedance"], ahead, now["jerk_density"], prediction)
     else:
-        predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
-    prediction[0]["ln_stiffness_variance"] += now["stiffness_discrepancy"]
-    prediction[0]["damping_variance"] += now["damping_discrepancy"]
+        prediction[0]["ln_stiffness_variance"] += now["stiffness_discrepancy"]
+        prediction[0]["damping_variance"] += now["damping_discrepancy"]
     predicted = prediction[0]
     position_variance, ln_variance = predicted["deflection_variance"], predicted["ln_stiffness_variance"]
     if not np.isnan(deflection):
