@@ -198,11 +198,12 @@ class LawChoice:
         self.replaces_filter = laws.is_comparable and self._is_inconsistent
         valid = float(self.impedance["ln_stiffness_variance"][0]) < MAX_STIFFNESS_STD**2
         self.publishes_bank = self.replaces_filter or (laws.prefers_another_spring and valid)
+        if self.replaces_filter:
+            return
+        self.discrepancies = comparison.discrepancies(self.impedance, another, laws.is_improbable)
         if self.publishes_bank:
             self._moved[:] = self.impedance
             move_to(self._prediction, tracker.p[:3, :3], self._moved)
-        if not self.replaces_filter:
-            self.discrepancies = comparison.discrepancies(self.impedance, another, laws.is_improbable)
 
     @property
     def _is_accepted(self) -> bool:

@@ -150,8 +150,8 @@ class Bank:
 
     @property
     def exponential_spring_evidence(self) -> float:
-        """Log likelihood of an exponential spring with any damper relative to the best member, as that of the law."""
-        return float(self._members["ln_likelihood"][list(NESTED)].max()) if self._members is not None else 0.0
+        """Log likelihood of the better member with an exponential spring, relative to the best of all."""
+        return max(float(self._members["ln_likelihood"][m]) for m in NESTED) if self._members is not None else 0.0
 
     def elastic_law(self) -> tuple[Array, Array, Array, float] | None:
         """Elastic law of the mixture, see `vsa_estimator.general.elastic_law`; None before the second step."""

@@ -109,8 +109,7 @@ def member_impedance(member: Record, geometry: Record, out: Record) -> None:
     o["damping_variance"] = quadratic_form(member, of_damping) * max(one["damping_inflation"], 1.0)
     spline = one["model"]["spline_damper"]
     o["rest_damping"] = 0.5 * (one["mean"][DAMPER] + one["mean"][DAMPER + 1]) if spline else one["mean"][D1]
-    o["inertia"], o["inertia_variance"] = one["mean"][M], one["covariance"][M, M]
-    o["level"], o["coulomb"] = one["mean"][L], one["mean"][D0]
+    o["inertia"], o["level"], o["coulomb"] = one["mean"][M], one["mean"][L], one["mean"][D0]
 
 
 @compiled
@@ -137,7 +136,7 @@ def mixture(members: Record, geometry: Record, probabilities: Array, out: Record
     result["ln_stiffness"] = result["ln_stiffness_variance"] = result["slope"] = result["damping"] = 0.0
     result["slope_variance"] = result["rest_damping"] = 0.0
     result["damping_variance"] = result["damping_slope"] = result["beyond_peak"] = 0.0
-    result["inertia"] = result["inertia_variance"] = result["level"] = result["coulomb"] = 0.0
+    result["inertia"] = result["level"] = result["coulomb"] = 0.0
     result["motion"][:] = 0.0
     result["motion_covariance"][:, :] = 0.0
     for m in range(members.size):
@@ -166,7 +165,6 @@ def add_part(result: Record, part: Record, member: Record, w: float, squares: Ar
     result["damping_slope"] += w * part["damping_slope"]
     result["beyond_peak"] += w * part["beyond_peak"]
     result["inertia"] += w * part["inertia"]
-    result["inertia_variance"] += w * part["inertia_variance"]
     result["level"] += w * part["level"]
     result["coulomb"] += w * part["coulomb"]
     squares[0] += w * part["ln_stiffness"] ** 2

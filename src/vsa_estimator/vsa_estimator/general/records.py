@@ -95,6 +95,6 @@ IMPEDANCE = np.dtype([
     ("damping", "f8"), ("damping_variance", "f8"), ("damping_slope", "f8"),  # by the speed [N s^2/m^2]
     ("rest_damping", "f8"),  # at zero velocity [N s/m]
     ("beyond_peak", "f8"),
-    ("inertia", "f8"), ("inertia_variance", "f8"), ("level", "f8"), ("coulomb", "f8"),
+    ("inertia", "f8"), ("level", "f8"), ("coulomb", "f8"),
     ("motion", "f8", (3,)), ("motion_covariance", "f8", (3, 3)),
 ], align=True)  # fmt: skip

@@ -9,7 +9,7 @@ from vsa_common.types import Array, Integers, Status
 from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.records import PREDICTION, Record
 from vsa_estimator.force_law.elastic import ln_stiffness_gradient
-from vsa_estimator.force_law.state import D1, K2
+from vsa_estimator.force_law.state import D1, K2, M
 from vsa_estimator.output.estimate import ROW
 from vsa_estimator.output.general import predict_general
 from vsa_estimator.preprocessing.pipeline import preprocess
@@ -73,10 +73,12 @@ def predict_into(
     now = snapshot[0]["published"]
     prediction = np.empty(1, PREDICTION)
     ahead = min(max((instant_ns - now["step_ns"]) * 1e-9, 0.0), MAX_PREDICTION_TIME)
-    predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
     if now["general"]:
         predict_general(now["impedance"], ahead, now["jerk_density"], prediction)
+        prediction[0]["inertia"] = state[0]["mean"][M]
+        prediction[0]["inertia_variance"] = state[0]["uncertainty"]["inertia_variance"]
     else:
+        predict_output(state, now["reference"], ahead, now["jerk_density"], prediction)
         prediction[0]["ln_stiffness_variance"] += now["stiffness_discrepancy"]
         prediction[0]["damping_variance"] += now["damping_discrepancy"]
     predicted = prediction[0]
