@@ -157,6 +157,18 @@ def test_another_spring_is_preferred_until_the_evidence_has_fallen_to_half(monke
     assert preferred == [False, False, True, True, False, False]
 
 
+def test_early_evidence_makes_the_law_improbable_and_does_not_refute_it(monkeypatch):
+    _, recording = simulated("quadratic")
+    laws = run(recording, 300)
+    assert not laws.is_improbable
+    monkeypatch.setattr(Bank, "exponential_evidence", property(lambda _: -1.1 * REFUTATION))
+    for i in range(300, 500):
+        step(laws, recording, i)
+    assert laws.bank.age < MIN_AGE
+    assert laws.is_improbable
+    assert laws._refuted_for == 0.0
+
+
 def test_a_gap_keeps_the_coefficients():
     simulation, recording = simulated("quadratic")
     laws = run(recording, 1500)

@@ -18,7 +18,7 @@ from vsa_simulator.laws.internal import ViscoelasticConfig
 from vsa_simulator.laws.springs import SpringConfig
 from vsa_simulator.rig.config import SensorErrorConfig
 from vsa_simulator.rig.motion import Tone, tones
-from vsa_simulator.rig.recording import Simulation, TransmissionVariant
+from vsa_simulator.rig.recording import Recording, Simulation, TransmissionVariant
 
 pytestmark = pytest.mark.skipif(not ACCELERATED, reason="the bank is too slow in plain Python")
 
@@ -217,6 +217,21 @@ def test_a_repetition_passes_a_gap_and_a_shift_of_either_sensor(shift, force_shi
         bank.step(0.01, moved, (float(force), NOISE[0]))
         while bank.is_repeating:
             bank.repeat_slice()
+    assert abs(bank.impedance["ln_stiffness"][0] - np.log(simulation.stiffness[-1])) < 0.01
+
+
+def test_a_rest_takes_no_place_among_the_steps_that_are_repeated():
+    """A rest of 40 s at a reversal; the bank keeps 24 s of steps."""
+    simulation, recording = simulated("quadratic", duration=20.0)
+    turn = 300 + int(np.argmin(np.abs(simulation.velocity[300:600])))
+    noise = np.random.default_rng(2).standard_normal((2, 4000))
+    force = np.insert(recording.force, turn, recording.force[turn] + 0.017 * noise[0])
+    deflection = np.insert(recording.deflection, turn, recording.deflection[turn] + 1e-5 * noise[1])
+    bank, moving = Bank(Initial(), 100.0), Bank(Initial(), 100.0)
+    run(bank, Recording(np.arange(force.size), force, deflection))
+    run(moving, recording)
+    assert bank.repetitions == moving.repetitions == 6
+    assert bank.age == pytest.approx(moving.age, abs=1.0)
     assert abs(bank.impedance["ln_stiffness"][0] - np.log(simulation.stiffness[-1])) < 0.01
 
 

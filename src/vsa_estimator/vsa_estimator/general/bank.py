@@ -25,6 +25,7 @@ from vsa_estimator.tuning.general import (
     REPEATED_TIME,
     SLOPE_STD,
     SMOOTHING_LAG,
+    STORED_REST,
 )
 
 
@@ -61,12 +62,10 @@ class Bank:
         if self._members is None:
             return
         self._encoder.restart(*deflection)
-        step = np.zeros(1, STEP)
-        step["gap"], step["dt"], step["deflection_variance"], step["force_variance"] = True, dt, *shift
-        self._encoder.write(step["encoder"])
-        advance(self._members, self._geometry, step)
+        gap = self._gap(dt, shift)
+        advance(self._members, self._geometry, gap)
         self._mix(self._members)
-        self._store(step)
+        self._store(gap)
 
     def follow(self, dt: float, deflection: float) -> None:
         """Advance relaxation and hysteresis over dt [s] to a deflection [m]; nothing else changes."""
@@ -123,7 +122,7 @@ class Bank:
         self._span = min(self._span[0], deflection[0]), max(self._span[1], deflection[0])
         self._mix(self._members)
         self.age += dt if self.force_nis is not None else 0.0
-        self._store(step)
+        self._store(self._gap(dt) if self._encoder.rest_time > STORED_REST else step)
 
     @property
     def is_repeating(self) -> bool:
@@ -180,10 +179,21 @@ class Bank:
         variance = float(best["innovation_variance"])
         self.force_nis = float(best["innovation"]) ** 2 / variance if variance > 0.0 else None
 
+    def _gap(self, dt: float, shift: tuple[float, float] = (0.0, 0.0)) -> Record:
+        """(1,) STEP without data, over dt [s] to the motion of the encoder; `shift` as in `interrupt`."""
+        step = np.zeros(1, STEP)
+        step["gap"], step["dt"], step["deflection_variance"], step["force_variance"] = True, dt, *shift
+        self._encoder.write(step["encoder"])
+        return step
+
     def _store(self, step: Record) -> None:
-        """Keep a step for repetitions, and begin one that is due."""
+        """Keep a step for repetitions, and begin one that is due. A long rest is one gap."""
         if not self._checks and self._repetition is None:
             return
+        if step["gap"][0] and self._count and self._buffer["gap"][self._count - 1]:
+            self._count -= 1
+            for name in ("dt", "deflection_variance", "force_variance"):
+                step[name] += self._buffer[name][self._count]
         if self._count == len(self._buffer):
             self._checks.clear()
             self._repetition = None

@@ -120,6 +120,11 @@ class EncoderMotion:
         self._best = int(np.argmax(total))
         self._density = max(MIN_SNAP_DENSITY, SNAP_SCALE * maximum_likelihood(CANDIDATES, total))
 
+    @property
+    def rest_time(self) -> float:
+        """Time since the last motion [s]."""
+        return self._since_motion
+
     def write(self, encoder: Record) -> None:
         """Write motion, covariance and density into `encoder`, (1,) ENCODER."""
         used, density, recent = self._best, self._density, self._recent_likelihood

@@ -77,7 +77,9 @@ UNEXPLAINED_TIME = _constant("UNEXPLAINED_TIME", 5.0, "s", 1.0, 30.0,
 RELINEARIZATION_TIMES = _constant("RELINEARIZATION_TIMES", (2.0, 4.0, 6.0, 8.0, 10.0, 15.0), "s", 1.0, 120.0,
     "ages of the bank at which it repeats its data with the gradient of its own estimate", _SMOOTHED)  # fmt: skip
 REPEATED_TIME = _constant("REPEATED_TIME", 24.0, "s", 20.0, 240.0,
-    "steps that the bank keeps for repetitions, rests and those during a repetition included", _MEASURED)  # fmt: skip
+    "steps that the bank keeps for repetitions, those during a repetition included", _MEASURED)  # fmt: skip
+STORED_REST = _constant("STORED_REST", 2.0, "s", 0.5, 10.0,
+    "of a rest, for which its steps are kept; what is longer is kept as a gap, so that rests do not displace motion", "docs/decisions/0027-rests.md")  # fmt: skip
 SMOOTHING_LAG = _constant("SMOOTHING_LAG", 0.4, "s", 0.1, 2.0,
     "later deflections that smooth a motion in a repetition: 3 to 7 time constants (variance dt / density)^(1/8) at a "
     "snap density of 3e-5 to 1e-2 m^2/s^7, 0.01 mm and 100 Hz", _SMOOTHED)  # fmt: skip
