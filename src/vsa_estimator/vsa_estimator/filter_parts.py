@@ -18,6 +18,7 @@ from vsa_estimator.fault_detection.position import PositionMonitor
 from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.adaptation import NoiseAdaptation
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.force_law.damper import peak_speed
 from vsa_estimator.initialization.hand_over import HandOver
 from vsa_estimator.initialization.previous_run import start_from
 from vsa_estimator.law_choice import LawChoice
@@ -45,7 +46,7 @@ class FilterParts:
         self.noise = NoiseAdaptation(self._config)
         self.tracker = Tracker(self._config.initial, rate)
         self.hand_over = HandOver(self._config.initial, rate)
-        self.consistency = ConsistencyMonitor(rate)
+        self.consistency = ConsistencyMonitor(rate, peak_speed(self._config.initial.d1, self._config.initial.d2))
         self.laws = LawChoice(self._config)
         self.modes = ModeMachine()
         self.encoder_fault = False  # of the last sample

@@ -26,7 +26,7 @@ def precompile(with_bank: bool = False) -> None:
     pipeline, tracker, snapshot = Pipeline(EstimatorConfig()), _moving_tracker(), np.zeros(1, SNAPSHOT)
     predict(tracker.state, snapshot, 10**9, 10**9, 0.01, ALIVE)
     whiten(np.ones((BAND + 2, BAND + 1)) + np.eye(BAND + 2, BAND + 1) * 9.0, np.ones((BAND + 2, 2)))
-    parity, jerk, noise = ParityCheck(100.0), JerkDensity(), NoiseLevel(1.0, 0.0, 99)
+    parity, jerk, noise = ParityCheck(100.0, 4e-3), JerkDensity(), NoiseLevel(1.0, 0.0, 99)
     parity.keep(Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference))
     for stamp_ns in range(0, 10**9, 10**7):
         parity.add((1e-9 * stamp_ns, 0.01, 30.0), 1e-10, False)

@@ -16,7 +16,7 @@ K2 = Initial().k2
 
 def decision(shift, of_force=True, of_encoder=False, change=0.0):
     """Decision and coefficients of consistent residuals after a fault of `shift` [m], which would show or not."""
-    tracker, monitor = Tracker(Initial(), 100.0), ConsistencyMonitor(100.0)
+    tracker, monitor = Tracker(Initial(), 100.0), ConsistencyMonitor(100.0, 4e-3)
     tracker.start(0.010, 30.0, 1e-10)
     monitor._parity = SimpleNamespace(
         is_consistent=True, is_inconsistent=False, fault_size=(1.0, shift), checkpoint=_present(tracker),

@@ -6,6 +6,7 @@ import pytest
 from vsa_estimator.fault_detection.parity_check import ParityCheck
 from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients, mean_residual, residuals
 from vsa_estimator.fault_detection.travel import EVERYWHERE
+from vsa_estimator.force_law.damper import peak_speed
 from vsa_estimator.force_law.elastic import elastic_force, stiffness
 from vsa_estimator.tuning.fault_detection import (
     MAX_BASELINE,
@@ -14,12 +15,14 @@ from vsa_estimator.tuning.fault_detection import (
     STICTION_RATIO,
     VELOCITY_STD,
 )
+from vsa_estimator.tuning.force_law import UNBOUNDED_SPEED
 
 RATE = 100.0
 K2 = 267.2
 MEAN = np.array([np.log(2600.0), K2, 4000.0, -1.089e8, 0.3755, 16.39, 0.3])  # s k2 d1 d2 M F0 d0
 REFERENCE = 0.0095
 NOISE = 1e-5  # of the encoder [m]
+PEAK_SPEED = peak_speed(MEAN[2], MEAN[3])  # [m/s]
 
 
 def mean_of_noise(rng, share, half=5, rows=12):
@@ -61,14 +64,14 @@ def test_a_short_baseline_has_a_small_error_by_jerk():
     t, x, v, a = motion(1.0)
     rows = np.array([t, x, model_force(x, v, a), np.zeros(t.size)])
     errors = {
-        baseline: np.sqrt(np.mean(residuals(rows, MEAN, REFERENCE, baseline, EVERYWHERE)[1] ** 2))
+        baseline: np.sqrt(np.mean(residuals(rows, MEAN, REFERENCE, baseline, (*EVERYWHERE, PEAK_SPEED))[1] ** 2))
         for baseline in (0.1, 0.04)
     }
     assert errors[0.04] < 0.3 * errors[0.1]
 
 
 def check(force, x, t, noise=NOISE):
-    parity = ParityCheck(RATE)
+    parity = ParityCheck(RATE, PEAK_SPEED)
     parity.keep(Coefficients(MEAN.copy(), np.diag((1e-4 * MEAN) ** 2), REFERENCE))
     for sample in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
         parity.add(sample, noise**2, False)
@@ -129,7 +132,7 @@ def test_rows_about_rejected_deflections_are_not_usable():
     after_rejection = np.zeros(t.size)
     after_rejection[150] = 1.0
     rows = np.array([t, x, model_force(x, v, a), after_rejection])
-    usable, *_, finite = residuals(rows, MEAN, REFERENCE, 0.04, EVERYWHERE)
+    usable, *_, finite = residuals(rows, MEAN, REFERENCE, 0.04, (*EVERYWHERE, PEAK_SPEED))
     excluded = np.setdiff1d(finite, usable)
     assert excluded.min() == pytest.approx(1.5 - 0.02 - 0.04)
     assert excluded.max() == pytest.approx(1.5 + 0.02 + 0.04)
@@ -141,7 +144,7 @@ def usable_forces(change):
     t, x, v, a = motion(0.5)
     force = model_force(x, v, a)
     change(force)
-    usable, *_ = residuals(np.array([t, x, force, np.zeros(t.size)]), MEAN, REFERENCE, 0.04, EVERYWHERE)
+    usable, *_ = residuals(np.array([t, x, force, np.zeros(t.size)]), MEAN, REFERENCE, 0.04, (*EVERYWHERE, PEAK_SPEED))
     return np.isin(t[2:-2], usable)
 
 
@@ -208,6 +211,21 @@ def test_the_checkpoint_extrapolates_where_the_sensors_were_not_consistent():
     assert parity.extrapolates
     parity.extend_travel()
     assert not parity.extrapolates
+
+
+@pytest.mark.parametrize(("known_speed", "evidence"), [(PEAK_SPEED, False), (UNBOUNDED_SPEED, True)])
+def test_a_damper_without_a_peak_counts_as_known_up_to_the_initial_peak_speed(known_speed, evidence):
+    """The force of a linear damper, and coefficients whose cubic term grows with the speed instead."""
+    t, speed = np.arange(150) / RATE, 1.2 * PEAK_SPEED
+    x, v, mean = REFERENCE + speed * (t - 0.75), np.full(t.size, speed), MEAN.copy()
+    mean[3] = -MEAN[3]
+    force = model_force(x, v, np.zeros(t.size)) - MEAN[3] * v**3
+    parity = ParityCheck(RATE, known_speed)
+    for index, sample in enumerate(zip(t.tolist(), x.tolist(), force.tolist(), strict=True)):
+        parity.add(sample, NOISE**2, False)
+        if index == 0:
+            parity.keep(Coefficients(mean, np.zeros((7, 7)), REFERENCE))
+    assert parity.exceeds_threshold is evidence
 
 
 def passing(parity, residual, begin, speed, seconds=2.0):
@@ -296,7 +314,7 @@ def test_the_noise_at_rest_stays_below_the_threshold(seed):
     x = REFERENCE + 1e-3 * np.where(t < 10.0, np.sin(2.0 * np.pi * 0.2 * t), 0.0)
     force = model_force(x, np.gradient(x, t), np.zeros(t.size)) + 0.017 * rng.standard_normal(t.size)
     x = x + NOISE * rng.standard_normal(t.size)
-    parity, largest = ParityCheck(RATE), 0.0
+    parity, largest = ParityCheck(RATE, PEAK_SPEED), 0.0
     parity.keep(Coefficients(MEAN.copy(), np.diag((1e-4 * MEAN) ** 2), REFERENCE))
     for sample in zip(t.tolist(), x.tolist(), force.tolist(), strict=True):
         if parity.add(sample, NOISE**2, False) and not parity.no_evidence:

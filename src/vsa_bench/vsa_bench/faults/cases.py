@@ -98,7 +98,9 @@ TRANSMISSIONS = {
     "spring_quadratic": _laws(spring=SpringConfig("quadratic")),
     "spring_sinh": _laws(spring=SpringConfig("sinh")),
     "damper_linear": _laws(damper=DamperConfig("linear")),
+    "damper_quadratic": _laws(damper=DamperConfig("quadratic")),
     "friction_stribeck": _laws(friction=FrictionConfig("stribeck")),
+    "friction_lugre": _laws(friction=FrictionConfig("lugre")),
 }
 
 

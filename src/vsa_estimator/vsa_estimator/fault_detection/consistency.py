@@ -49,9 +49,9 @@ NOMINAL = Decision()
 class ConsistencyMonitor:
     """Parity check over time, with checkpoints of the coefficients."""
 
-    def __init__(self, rate: float) -> None:
-        """`rate` of the filter [Hz]."""
-        self._parity = ParityCheck(rate)
+    def __init__(self, rate: float, peak_speed: float) -> None:
+        """`rate` of the filter [Hz]; initial v* [m/s]."""
+        self._parity = ParityCheck(rate, peak_speed)
         self._checkpoint_time = -math.inf  # [s]
         self._time_in_fault = 0.0  # [s]
         self._has_moved = False  # in this fault

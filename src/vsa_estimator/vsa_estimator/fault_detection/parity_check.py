@@ -41,8 +41,9 @@ PASSAGE = round(WINDOWS[DECISION_WINDOW] / EVALUATION_PERIOD)  # evaluations in 
 class ParityCheck:
     """Checkpointed coefficients, and the mean parity residuals of the recent steps against them."""
 
-    def __init__(self, rate: float) -> None:
-        """`rate` of the filter [Hz]."""
+    def __init__(self, rate: float, peak_speed: float) -> None:
+        """`rate` of the filter [Hz]; initial v* [m/s], up to which a damper without a peak counts as known."""
+        self._everywhere = *EVERYWHERE, peak_speed
         self._checkpoints: deque[Coefficients] = deque(maxlen=2)
         self._rows = RowBuffer(int(WINDOWS[-1] * rate) + 1)
         self._scale = ResidualScale()
@@ -95,7 +96,8 @@ class ParityCheck:
         self._windows[0] = np.nan
         if self._rows.view.shape[1] >= MIN_ROWS:
             self._baseline = min(max(math.sqrt(2.0 * deflection_variance) / VELOCITY_STD, MIN_BASELINE), MAX_BASELINE)
-            limits = EVERYWHERE if self.extrapolates else self._travel.limits(float(self._checkpoints[0].mean[C.K2]))
+            travel = EVERYWHERE if self.extrapolates else self._travel.limits(float(self._checkpoints[0].mean[C.K2]))
+            limits = *travel, self._everywhere[2]
             evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, limits, self._windows)
         return True
 
@@ -187,7 +189,7 @@ class ParityCheck:
         if not abs(slope) < self._stiffness:
             return 0.0
         mean, _, reference = self._checkpoints[0]
-        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline, EVERYWHERE)
+        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline, self._everywhere)
         expected = slope * (motion[0] - deflection)
         least = (CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)) ** 2
         shows = float(expected @ (expected - 2.0 * values)) > values.size * least
@@ -229,7 +231,7 @@ class ParityCheck:
         if checkpoint is None or self._rows.view.shape[1] < MIN_ROWS:
             return None
         time, residual, sigma, moving, *_ = residuals(
-            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline, EVERYWHERE
+            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline, self._everywhere
         )
         if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
             return None

@@ -35,11 +35,12 @@ class Coefficients(NamedTuple):
 
 @compiled
 def residuals(
-    rows: Array, mean: Array, reference: float, baseline: float, limits: tuple[float, float]
+    rows: Array, mean: Array, reference: float, baseline: float, limits: tuple[float, float, float]
 ) -> tuple[Array, Array, Array, Booleans, Array, Array]:
     """Residuals of the rows (4, n) of a RowBuffer, where they are usable.
 
-    Velocities are differences over `baseline` [s]; rows beyond the `limits` of the deflection [m] are not usable.
+    Velocities are differences over `baseline` [s]; rows beyond the `limits`, two of the deflection [m] and one of the
+    speed [m/s], are not usable.
     `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns time (m,), residual [N] (m,), stiffness of eq. (3)
     (m,), whether the rod moves (m,), the motion x, v, a (3, m), and the times of all finite residuals. The damper holds
     its greatest force beyond v*.
@@ -49,7 +50,7 @@ def residuals(
     half = half_baseline(time, baseline)
     count = max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
-    peak = peak_speed(d1, d2)
+    peak = min(peak_speed(d1, d2), limits[2])
     motion, residual, sigma = np.empty((3, count)), np.empty(count), np.empty(count)
     usable, excluded, moving = np.empty(count, np.bool_), np.empty(count, np.bool_), np.empty(count, np.bool_)
     for i in range(count):
@@ -182,7 +183,7 @@ def evaluate_windows(
     covariance: Array,
     reference: float,
     baseline: float,
-    limits: tuple[float, float],
+    limits: tuple[float, float, float],
     windows: Array,
 ) -> None:
     """Write into `windows` (4, 3), for each of WINDOWS, what describes its mean residual.
