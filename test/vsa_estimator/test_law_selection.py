@@ -157,13 +157,15 @@ def test_another_spring_is_preferred_until_the_evidence_has_fallen_to_half(monke
     assert preferred == [False, False, True, True, False, False]
 
 
-def test_early_evidence_makes_the_law_improbable_and_does_not_refute_it(monkeypatch):
+def test_evidence_after_the_first_repetition_makes_the_law_improbable_and_does_not_refute_it(monkeypatch):
     _, recording = simulated("quadratic")
-    laws = run(recording, 300)
-    assert not laws.is_improbable
+    laws = run(recording, 150)
     monkeypatch.setattr(Bank, "exponential_evidence", property(lambda _: -1.1 * REFUTATION))
-    for i in range(300, 500):
+    assert laws.bank.repetitions == 0
+    assert not laws.is_improbable
+    for i in range(150, 500):
         step(laws, recording, i)
+    assert laws.bank.repetitions > 0
     assert laws.bank.age < MIN_AGE
     assert laws.is_improbable
     assert laws._refuted_for == 0.0

@@ -120,8 +120,8 @@ class LawSelection:
 
     @property
     def is_improbable(self) -> bool:
-        """Whether the present evidence is against the exponential law."""
-        return self.bank.exponential_evidence < -REFUTATION
+        """Whether the present evidence is against the exponential law; none counts before a repetition."""
+        return self.bank.repetitions > 0 and self.bank.exponential_evidence < -REFUTATION
 
     @property
     def is_refuted(self) -> bool:
