@@ -43,7 +43,7 @@ class ParityCheck:
 
     def __init__(self, rate: float, peak_speed: float) -> None:
         """`rate` of the filter [Hz]; initial v* [m/s], up to which a damper without a peak counts as known."""
-        self._everywhere = *EVERYWHERE, peak_speed
+        self._peak_speed = peak_speed
         self._checkpoints: deque[Coefficients] = deque(maxlen=2)
         self._rows = RowBuffer(int(WINDOWS[-1] * rate) + 1)
         self._scale = ResidualScale()
@@ -97,7 +97,7 @@ class ParityCheck:
         if self._rows.view.shape[1] >= MIN_ROWS:
             self._baseline = min(max(math.sqrt(2.0 * deflection_variance) / VELOCITY_STD, MIN_BASELINE), MAX_BASELINE)
             travel = EVERYWHERE if self.extrapolates else self._travel.limits(float(self._checkpoints[0].mean[C.K2]))
-            limits = *travel, self._everywhere[2]
+            limits = *travel, self._peak_speed
             evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, limits, self._windows)
         return True
 
@@ -189,7 +189,8 @@ class ParityCheck:
         if not abs(slope) < self._stiffness:
             return 0.0
         mean, _, reference = self._checkpoints[0]
-        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline, self._everywhere)
+        limits = *EVERYWHERE, self._peak_speed
+        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline, limits)
         expected = slope * (motion[0] - deflection)
         least = (CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)) ** 2
         shows = float(expected @ (expected - 2.0 * values)) > values.size * least
@@ -230,8 +231,9 @@ class ParityCheck:
         checkpoint = self.checkpoint
         if checkpoint is None or self._rows.view.shape[1] < MIN_ROWS:
             return None
+        limits = *EVERYWHERE, self._peak_speed
         time, residual, sigma, moving, *_ = residuals(
-            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline, self._everywhere
+            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline, limits
         )
         if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
             return None

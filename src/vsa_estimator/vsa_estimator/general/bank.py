@@ -122,7 +122,7 @@ class Bank:
         self._span = min(self._span[0], deflection[0]), max(self._span[1], deflection[0])
         self._mix(self._members)
         self.age += dt if self.force_nis is not None else 0.0
-        self._store(self._gap(dt) if self._encoder.rest_time > STORED_REST else step)
+        self._store(step)
 
     @property
     def is_repeating(self) -> bool:
@@ -190,6 +190,8 @@ class Bank:
         """Keep a step for repetitions, and begin one that is due. A long rest is one gap."""
         if not self._checks and self._repetition is None:
             return
+        if not step["gap"][0] and self._encoder.rest_time > STORED_REST:
+            step = self._gap(float(step["dt"][0]))
         if step["gap"][0] and self._count and self._buffer["gap"][self._count - 1]:
             self._count -= 1
             for name in ("dt", "deflection_variance", "force_variance"):
