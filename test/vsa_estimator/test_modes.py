@@ -30,6 +30,15 @@ def test_the_coefficients_are_initialized_from_hand_over_until_they_are_rejected
     assert rejected.mode is Mode.INITIALIZING
 
 
+def test_a_suspended_bank_estimates_again_where_the_sensors_are_consistent():
+    events = Event.FIRST_SAMPLE, Event.REFUTED, Event.INCONSISTENT
+    suspended = machine_after(*events)
+    assert suspended.mode is Mode.GENERAL_SUSPENDED
+    assert suspended.general and suspended.suspended and suspended.initialized
+    assert machine_after(*events, Event.CONSISTENT).mode is Mode.GENERAL
+    assert machine_after(*events, Event.REJECTED).mode is Mode.INITIALIZING
+
+
 def test_a_reason_stands_only_while_updates_are_suspended():
     machine = machine_after(Event.FIRST_SAMPLE, Event.HAND_OVER)
     assert machine.reason == ""

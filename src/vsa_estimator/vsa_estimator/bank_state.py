@@ -3,11 +3,36 @@
 
 import math
 
+from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.law_choice import LawChoice
+from vsa_estimator.output.elastic_law import ElasticLaw
 from vsa_estimator.output.estimate import State
 from vsa_estimator.tuning.output import MAX_K2_STD, MAX_STIFFNESS_STD
 
 SCALARS = ("ln_stiffness", "ln_stiffness_variance", "slope", "slope_variance", "rest_damping", "level", "coulomb")
+
+Coefficients = tuple[float, float, float, float, float, float]  # k2, variance, d2, variance, force offset, friction
+
+
+def published_coefficients(tracker: Tracker, laws: LawChoice) -> Coefficients:
+    """Published coefficients; k2 of the bank is the local slope of ln sigma, d2 is not defined there."""
+    if laws.replaces_filter:
+        now = laws.impedance[0]
+        return (
+            float(now["slope"]), float(now["slope_variance"]), 0.0, 0.0, float(now["level"]), float(now["coulomb"])
+        )  # fmt: skip
+    known = tracker.uncertainty
+    return known.k2, known.k2_variance, known.d2, known.d2_variance, known.force_offset, known.coulomb_friction
+
+
+def elastic_law(laws: LawChoice) -> ElasticLaw | None:
+    """The elastic law of the bank; None without data."""
+    law = laws.bank.elastic_law() if laws.bank is not None else None
+    if law is None:
+        return None
+    knots, ln_stiffness, covariance, force = law
+    numbers = [tuple(one.ravel().tolist()) for one in (knots, ln_stiffness, covariance)]
+    return ElasticLaw(laws.description, numbers[0], numbers[1], numbers[2], force)
 
 
 def with_choice(state: State, laws: LawChoice) -> State:
@@ -31,7 +56,7 @@ def with_bank(state: State, laws: LawChoice) -> State:
     ln stiffness and k2 are those at the present deflection, which is the reference; d1 is the damping at rest.
     """
     now = {name: float(laws.impedance[0][name]) for name in SCALARS}
-    elastic, variance = laws.elastic_law(), now["ln_stiffness_variance"]
+    elastic, variance = elastic_law(laws), now["ln_stiffness_variance"]
     relative = math.sqrt(now["slope_variance"]) / max(abs(now["slope"]), 1e-9)
     valid = variance < MAX_STIFFNESS_STD**2
     k2_valid = valid and relative < MAX_K2_STD

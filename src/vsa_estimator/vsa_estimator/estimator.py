@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 from vsa_common.types import Array, Integers, ResetReason, Status
-from vsa_estimator.bank_state import with_choice
+from vsa_estimator.bank_state import published_coefficients, with_choice
 from vsa_estimator.fault_detection.latch import FaultLatch
 from vsa_estimator.filter.records import Record
 from vsa_estimator.initialization.previous_run import coefficients_of
@@ -230,7 +230,7 @@ class Estimator:
         supervisor, tracker, laws = self._supervisor, self._supervisor.tracker, self._supervisor.laws
         tracker.update_uncertainty()
         self._force_variance = supervisor.noise.force.std**2
-        self._constants = supervisor.counters.resets, supervisor.counters.reset_reason, *laws.coefficients(tracker)
+        self._constants = *supervisor.counters.last_reset, *published_coefficients(tracker, laws)
         self._snapshot["published"][0] = (
             not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
             supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,

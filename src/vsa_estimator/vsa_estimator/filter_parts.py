@@ -11,9 +11,9 @@ from vsa_estimator.fault_detection.consistency import (
     ConsistencyMonitor,
     Decision,
 )
-from vsa_estimator.fault_detection.counters import Counters
+from vsa_estimator.fault_detection.held_law import HeldLaw
 from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
-from vsa_estimator.fault_detection.latch import FaultLatch
+from vsa_estimator.fault_detection.latch import Counters, FaultLatch
 from vsa_estimator.fault_detection.position import PositionMonitor
 from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.adaptation import NoiseAdaptation
@@ -46,8 +46,10 @@ class FilterParts:
         self.noise = NoiseAdaptation(self._config)
         self.tracker = Tracker(self._config.initial, rate)
         self.hand_over = HandOver(self._config.initial, rate)
-        self.consistency = ConsistencyMonitor(rate, peak_speed(self._config.initial.d1, self._config.initial.d2))
         self.laws = LawChoice(self._config)
+        speed = peak_speed(self._config.initial.d1, self._config.initial.d2)
+        self.consistency = ConsistencyMonitor(rate, speed, self._coefficients)
+        self.bank_consistency = ConsistencyMonitor(rate, speed, self.laws.held)
         self.modes = ModeMachine()
         self.encoder_fault = False  # of the last sample
         self._rejected = False  # whether the last deflection was
@@ -57,6 +59,22 @@ class FilterParts:
         self._samples_per_step = 1
         self._force = 0.0  # the newest one [N]
         self._epoch_ns = self._moved_ns = self._refreshed_ns = 0
+
+    def _coefficients(self) -> Coefficients:
+        """Copies of the filter's coefficients."""
+        tracker = self.tracker
+        return Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
+
+    @property
+    def _monitor(self) -> ConsistencyMonitor:
+        """Parity check of the law of the present mode."""
+        return self.bank_consistency if self.modes.general else self.consistency
+
+    @property
+    def _bank_decides(self) -> bool:
+        """Whether the evidence was against the filter's law at the bank's checkpoint: a later fault is none."""
+        law = self.bank_consistency.checkpoint
+        return isinstance(law, HeldLaw) and law.refutes_exponential and self.bank_consistency.is_established
 
     def reconfigure(self, config: EstimatorConfig) -> None:
         """Apply the noise levels of another configuration; state and mode stay."""
@@ -76,7 +94,9 @@ class FilterParts:
 
     def _apply(self, decision: Decision) -> None:
         """Carry out a decision: coefficients first, then mode and counters."""
-        if decision.restore is not None:
+        if isinstance(decision.restore, HeldLaw):
+            self.laws.hold_at(decision.restore.laws)
+        elif decision.restore is not None:
             self.tracker.restore(*decision.restore)
         if decision.reset is not ResetReason.NONE:
             self.counters.count_reset(decision.reset)
@@ -87,8 +107,8 @@ class FilterParts:
         elif decision.event is not None:
             self.modes.handle(decision.event, decision.reason)
         if self.modes.suspended:
-            self.laws.hold()
-        if decision.shift is NO_SHIFT:
+            self.laws.hold(self.modes.general)
+        if decision.shift is NO_SHIFT or self.modes.general:
             return
         self.hand_over.clear()  # its data are of before the shift
         if self.laws.is_held:
@@ -98,7 +118,7 @@ class FilterParts:
 
     def _suspend(self, reason: str, interrupted: bool = False) -> bool:
         """Suspend updates; False where no checkpoint is established."""
-        decision = self.consistency.suspend(self.tracker, self.modes, interrupted)
+        decision = self._monitor.suspend(self.modes, interrupted)
         if decision is None:
             return False
         self._apply(decision._replace(reason=reason))
@@ -108,6 +128,7 @@ class FilterParts:
         """Drop the coefficients, and begin with the start values at the present `force` [N]."""
         self.modes.handle(Event.REJECTED)
         self.consistency.reset()
+        self.bank_consistency.reset()
         self.hand_over.restart()
         self.tracker.reset_coefficients(force)
         self.laws.reject()
@@ -116,8 +137,7 @@ class FilterParts:
         """Reset the motion, keep the coefficients."""
         self.tracker.reset_position(block.deflection, deflection_variance)
         self._interrupt(block, deflection_variance)
-        if not self.modes.general:
-            self._suspend(AFTER_GAP, interrupted=True)
+        self._suspend(AFTER_GAP, interrupted=True)
         if silence > COUNTED_GAP:
             self.counters.count_reset(ResetReason.GAP)
 
@@ -125,17 +145,13 @@ class FilterParts:
         """Take over the encoder's position: an encoder step, or a motion that the gate has rejected."""
         tracker, step = self.tracker, self._position.step_size
         text, stepped, suspended = f"encoder step of {1e3 * step:+.2f} mm", True, False
-        if self.modes.general:
-            self._restart_initialization(self._force)
         if self.modes.initialized:
             stepped = not self.encoder_fault and self._position.encoder_step(tracker)
             if self.modes.reason in (INCONSISTENT, AFTER_FAULT):
                 stepped = False  # it may end the fault: the checkpoint is compared unshifted
             elif stepped:
-                variance = self._position.step_variance + deflection_variance
-                tracker.restore(*self.consistency.shift_reference(tracker, step, variance))
-                suspended = self._suspend(text)
-                self.laws.shift(SensorShift(0.0, step, math.sqrt(variance)))
+                std = math.sqrt(self._position.step_variance + deflection_variance)
+                suspended = self._shift_encoder(SensorShift(0.0, step, std), text)
             else:
                 self._suspend(POSITION_UNCERTAIN, interrupted=True)
         else:
@@ -150,9 +166,22 @@ class FilterParts:
         if stepped and not suspended:
             self._latch.raise_fault(text, block.stamp_ns)
 
+    def _shift_encoder(self, shift: SensorShift, reason: str) -> bool:
+        """The encoder reads this much more; whether updates are suspended until sensors and law are consistent."""
+        law = self._monitor.shift(shift)
+        if isinstance(law, HeldLaw):
+            self.laws.hold_at(law.laws)
+        else:
+            self.tracker.restore(*law)
+        suspended = self._suspend(reason)
+        if not self.modes.general:
+            self.laws.shift(shift)
+        return suspended
+
     def _interrupt(self, block: Decimated, deflection_variance: float) -> None:
         """End what must not reach across a gap."""
         self._position.restart(block.stamp_ns)
         self.consistency.interrupt()
+        self.bank_consistency.interrupt()
         self.laws.interrupt()
         self.noise.restart(block.deflection, deflection_variance)

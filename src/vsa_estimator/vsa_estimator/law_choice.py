@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 from vsa_common.accel import ACCELERATED
+from vsa_estimator.fault_detection.held_law import HeldLaw
 from vsa_estimator.fault_detection.isolation import SensorShift
 from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
+from vsa_estimator.general.bank import Bank
 from vsa_estimator.general.records import IMPEDANCE, Record
 from vsa_estimator.law_comparison import LawComparison, move_to
 from vsa_estimator.law_selection import LawSelection
 from vsa_estimator.modes import Mode, ModeMachine
-from vsa_estimator.output.elastic_law import ElasticLaw
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.settings import EstimatorConfig
 from vsa_estimator.tuning.fault_detection import CHECKPOINT_PERIOD
@@ -24,8 +25,6 @@ from vsa_estimator.tuning.general import ACCEPTANCE, REJECTION
 from vsa_estimator.tuning.output import MAX_PREDICTION_TIME, MAX_STIFFNESS_STD
 
 NO_IMPEDANCE = np.zeros(1, IMPEDANCE)
-
-Coefficients = tuple[float, float, float, float, float, float]  # k2, variance, d2, variance, force offset, friction
 
 
 class Checkpoint(NamedTuple):
@@ -68,34 +67,37 @@ class LawChoice:
         return self._laws is not None and self._laws.is_adequate and self._replaced_share > ACCEPTANCE
 
     @property
+    def is_rich(self) -> bool:
+        """Whether the bank has had a motion that is rich enough for a decision between the laws, and is not held."""
+        return self._laws is not None and self._laws.is_rich and not (self._laws.is_confirmed or self.is_held)
+
+    @property
     def impedance(self) -> Record:
         """(1,) IMPEDANCE of the bank; zero without one."""
         return self._laws.impedance if self._laws is not None else NO_IMPEDANCE
 
     @property
     def published_impedance(self) -> Record:
-        """(1,) IMPEDANCE that is published where the bank is: at the motion of the filter unless that is replaced."""
-        return self.impedance if self.replaces_filter else self._moved
+        """(1,) IMPEDANCE that is published where the bank is; at the filter's motion unless the bank has its own."""
+        return self.impedance if self.replaces_filter and not self.is_held else self._moved
 
     @property
     def description(self) -> str:
         """The bank's most probable model, where it replaces the filter; else empty."""
         return self._laws.bank.description if self._laws is not None and self.replaces_filter else ""
 
-    def elastic_law(self) -> ElasticLaw | None:
-        """The elastic law of the bank; None without data."""
-        law = self._laws.bank.elastic_law() if self._laws is not None else None
-        if law is None:
-            return None
-        knots, ln_stiffness, covariance, force = law
-        numbers = [tuple(one.ravel().tolist()) for one in (knots, ln_stiffness, covariance)]
-        return ElasticLaw(self.description, numbers[0], numbers[1], numbers[2], force)
+    @property
+    def bank(self) -> Bank | None:
+        """The bank; None where the law is fixed."""
+        return self._laws.bank if self._laws is not None else None
 
-    def repeat_slice(self) -> None:
-        """Do the part of a repetition that is due."""
-        if self._laws is not None and self.is_slice_due:
-            self._laws.bank.repeat_slice()
-        self._slice_due = False
+    def repeat_slice(self) -> bool:
+        """Do the part of a repetition that is due; whether the repetition is complete."""
+        due, self._slice_due = self.is_slice_due, False
+        if not due or self._laws is None:
+            return False
+        self._laws.bank.repeat_slice()
+        return not self._laws.bank.is_repeating
 
     def restart(self) -> None:
         """Drop the data: the position is no longer valid."""
@@ -112,17 +114,30 @@ class LawChoice:
         if self._laws is not None:
             self._laws.is_confirmed = True
 
-    def hold(self) -> None:
+    def hold(self, general: bool) -> None:
         """The filter's coefficients are held: so are those of the bank, if the exponential law was consistent before.
 
-        The inconsistency is then a fault or a change, which the bank must not explain: it returns to its checkpoint.
+        A fault or a change must not be explained: the bank returns to its checkpoint. In mode `general` it stays.
         """
+        self.is_held |= general
         if self.is_held or not self._checkpoints or self._laws is None:
             return
         self.is_held = True
         present, (self._laws, self._comparison) = self._laws, self._checkpoints[0]
         self._laws.continue_from(present)
         self._replace_checkpoints()
+
+    def hold_at(self, checkpoint: LawSelection) -> None:
+        """Hold the bank in mode GENERAL, with the coefficients of a checkpoint."""
+        if self._laws is not None:
+            present, self._laws = self._laws, checkpoint.copied()
+            self._laws.continue_from(present)
+            self.is_held = True
+
+    def held(self) -> HeldLaw:
+        """The present bank as a checkpoint of the parity check."""
+        assert self._laws is not None
+        return HeldLaw(self._laws.copied())
 
     def reject(self) -> None:
         """The filter's coefficients are given up; the bank drops its data unless it explains the force.
@@ -175,6 +190,8 @@ class LawChoice:
         self.publishes_bank = self.replaces_filter = modes.general
         self.discrepancies = (0.0, 0.0)
         laws = self._laws
+        if laws is not None and modes.general and self.is_held:
+            self._move(tracker)
         if laws is None or laws.is_confirmed or modes.mode not in (Mode.INITIALIZING, Mode.TRACKING):
             return
         if laws.bank.age > 0.0:
@@ -183,8 +200,10 @@ class LawChoice:
             self._replaced_share += elapsed / (2.0 * CHECKPOINT_PERIOD) * (replaced - self._replaced_share)
         if self.replaces_filter:
             self._checkpoints.clear()
-        elif modes.initialized and step_ns - self._kept_ns > CHECKPOINT_PERIOD * 1e9 and self._is_accepted:
-            self._keep(step_ns)
+        elif modes.initialized and step_ns - self._kept_ns > CHECKPOINT_PERIOD * 1e9:
+            probable = laws.bank.exponential_probability > ACCEPTANCE  # decides before they are compared
+            if not self._is_inconsistent if laws.is_comparable else probable:
+                self._keep(step_ns)
 
     def _compare(self, laws: LawSelection, tracker: Tracker) -> None:
         """Compare filter and bank, and choose. The means begin with a rich motion, and stand still without evidence."""
@@ -202,16 +221,13 @@ class LawChoice:
             return
         self.discrepancies = comparison.discrepancies(self.impedance, another, laws.is_improbable)
         if self.publishes_bank:
-            self._moved[:] = self.impedance
-            move_to(self._prediction, tracker.p[:3, :3], self._moved)
+            self._move(tracker)
 
-    @property
-    def _is_accepted(self) -> bool:
-        """Whether the filter is consistent with the bank or, before they are compared, the exponential law probable."""
-        laws = self._laws
-        if laws is None:
-            return False
-        return not self._is_inconsistent if laws.is_comparable else laws.bank.exponential_probability > ACCEPTANCE
+    def _move(self, tracker: Tracker) -> None:
+        """Compute the bank's impedance at the motion of the filter."""
+        predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
+        self._moved[:] = self.impedance
+        move_to(self._prediction, tracker.p[:3, :3], self._moved)
 
     def _keep(self, step_ns: int) -> None:
         if self._laws is not None and not self._laws.bank.is_repeating:
@@ -228,13 +244,3 @@ class LawChoice:
         """Whether filter and bank are inconsistent, or the filter has no valid stiffness under an improbable law."""
         improbable = self._laws is not None and self._laws.bank.exponential_probability < REJECTION
         return self._comparison.exceeds_threshold or (improbable and not self._comparison.filter_valid)
-
-    def coefficients(self, tracker: Tracker) -> Coefficients:
-        """Published coefficients; k2 of the bank is the local slope of ln sigma, d2 is not defined there."""
-        if self.replaces_filter:
-            now = self.impedance[0]
-            return (
-                float(now["slope"]), float(now["slope_variance"]), 0.0, 0.0, float(now["level"]), float(now["coulomb"])
-            )  # fmt: skip
-        known = tracker.uncertainty
-        return known.k2, known.k2_variance, known.d2, known.d2_variance, known.force_offset, known.coulomb_friction

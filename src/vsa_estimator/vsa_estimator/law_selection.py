@@ -64,6 +64,7 @@ class LawSelection:
         self._shift = (0.0, 0.0)  # variances of a shift of encoder [m^2] and force sensor [N^2] in it
         self._refuted_for = self._inadequate_for = 0.0  # [s]
         self._another_spring = False  # whether the evidence is against an exponential spring
+        self._another_law = False  # whether it is against the exponential law
         self._mean_nis = 1.0  # of the force in the most probable member
 
     def interrupt(self) -> None:
@@ -78,7 +79,7 @@ class LawSelection:
     def continue_from(self, present: "LawSelection") -> None:
         """Go on with the coefficients of this selection, a checkpoint, at the time of the `present` one."""
         self.bank.take_memory(present.bank)
-        self._step_ns = present._step_ns
+        self._step_ns, self._interrupted = present._step_ns, True
 
     def copied(self) -> "LawSelection":
         """The selection as it is, without a running repetition."""
@@ -107,11 +108,16 @@ class LawSelection:
         nis = self.bank.force_nis
         if nis is not None:
             self._mean_nis += min(dt / ADEQUACY_TIME, 1.0) * (min(nis, NIS_CAP) - self._mean_nis)
-        limit = 0.5 * REFUTATION if self._another_spring else REFUTATION
-        self._another_spring = self.bank.exponential_spring_evidence < -limit
+        self._another_spring = self.bank.exponential_spring_evidence < -_limit(self._another_spring)
+        self._another_law = self.bank.repetitions > 0 and self.bank.exponential_evidence < -_limit(self._another_law)
         refuted = self.is_improbable and self.is_rich and self.is_adequate
         self._refuted_for = self._refuted_for + dt if refuted else 0.0
         self._inadequate_for = 0.0 if self.is_adequate else self._inadequate_for + dt
+
+    @property
+    def time(self) -> float:
+        """Stamp of the last step [s]."""
+        return self._step_ns * 1e-9
 
     @property
     def is_rich(self) -> bool:
@@ -147,6 +153,11 @@ class LawSelection:
         return self._another_spring and self.is_comparable
 
     @property
+    def prefers_another_law(self) -> bool:
+        """Whether the evidence is against the exponential law; with a hysteresis of its half."""
+        return self._another_law and self.is_comparable
+
+    @property
     def has_failed(self) -> bool:
         """Whether no member has explained the forces for REFUTATION_TIME."""
         return self._inadequate_for > REFUTATION_TIME
@@ -155,3 +166,8 @@ class LawSelection:
     def impedance(self) -> Record:
         """(1,) IMPEDANCE of the mixture."""
         return self.bank.impedance
+
+
+def _limit(preferred: bool) -> float:
+    """Evidence for another law above which it is preferred, or stays so."""
+    return 0.5 * REFUTATION if preferred else REFUTATION

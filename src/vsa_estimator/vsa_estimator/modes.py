@@ -14,6 +14,7 @@ class Mode(IntEnum):
         3  # coefficients are held: force and encoder are not consistent, or it is not known yet whether they are
     )
     GENERAL = 4  # the exponential law is refuted: the bank of the general transmission estimates
+    GENERAL_SUSPENDED = 5  # the bank is held, as the coefficients in SUSPENDED
 
 
 class Event(Enum):
@@ -37,7 +38,11 @@ TRANSITIONS: dict[tuple[Mode, Event], Mode] = {
     (Mode.SUSPENDED, Event.REJECTED): Mode.INITIALIZING,
     (Mode.INITIALIZING, Event.REFUTED): Mode.GENERAL,
     (Mode.TRACKING, Event.REFUTED): Mode.GENERAL,
+    (Mode.GENERAL, Event.INCONSISTENT): Mode.GENERAL_SUSPENDED,
+    (Mode.GENERAL_SUSPENDED, Event.INCONSISTENT): Mode.GENERAL_SUSPENDED,
+    (Mode.GENERAL_SUSPENDED, Event.CONSISTENT): Mode.GENERAL,
     (Mode.GENERAL, Event.REJECTED): Mode.INITIALIZING,
+    (Mode.GENERAL_SUSPENDED, Event.REJECTED): Mode.INITIALIZING,
 }
 
 
@@ -59,7 +64,7 @@ class ModeMachine:
 
     def _enter(self, mode: Mode, reason: str) -> None:
         self.mode = mode
-        self.initialized = mode in (Mode.TRACKING, Mode.SUSPENDED, Mode.GENERAL)
-        self.suspended = mode is Mode.SUSPENDED
-        self.general = mode is Mode.GENERAL
+        self.general = mode in (Mode.GENERAL, Mode.GENERAL_SUSPENDED)
+        self.suspended = mode in (Mode.SUSPENDED, Mode.GENERAL_SUSPENDED)
+        self.initialized = self.general or mode in (Mode.TRACKING, Mode.SUSPENDED)
         self.reason = reason if self.suspended else ""

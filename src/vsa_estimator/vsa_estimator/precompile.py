@@ -3,22 +3,25 @@
 
 import numpy as np
 from vsa_common.accel import ACCELERATED
+from vsa_estimator.fault_detection.held_law import HeldLaw
 from vsa_estimator.fault_detection.parity_check import ParityCheck
 from vsa_estimator.fault_detection.residual import Coefficients
+from vsa_estimator.fault_detection.travel import EVERYWHERE
 from vsa_estimator.filter.measurement_noise import NoiseLevel
 from vsa_estimator.filter.output_prediction import predict_output
 from vsa_estimator.filter.process_noise import JerkDensity
 from vsa_estimator.filter.records import PREDICTION
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import Z
-from vsa_estimator.general.bank import Bank
 from vsa_estimator.initialization.row_noise import whiten
 from vsa_estimator.initialization.windows import BAND
 from vsa_estimator.law_comparison import differences, move_to
+from vsa_estimator.law_selection import LawSelection
 from vsa_estimator.output.predictor import ALIVE, predict, process_sample
 from vsa_estimator.output.records import SNAPSHOT
 from vsa_estimator.preprocessing.pipeline import Pipeline
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.fault_detection import WINDOWS
 
 
 def precompile(with_bank: bool = False) -> None:
@@ -49,15 +52,22 @@ def precompile(with_bank: bool = False) -> None:
 
 
 def _run_bank() -> None:
-    """Steps of a bank up to a repetition, with a gap, and the filter's output for the comparison."""
+    """Steps of a bank up to a repetition, with a gap; the filter's output for the comparison; a parity check."""
     initial = EstimatorConfig().initial
-    bank = Bank(initial, 10.0)
+    laws = LawSelection(initial, 10.0)
+    bank = laws.bank
     for number in range(60):  # 6 s at 1 mm/s: beyond the first repetition
         bank.step(0.1, (0.01 + 1e-4 * number, 1e-10), (30.0, 1e-4))
     while bank.is_repeating:
         bank.repeat_slice()
     bank.follow(0.01, 0.01)
     bank.interrupt(0.01, (0.01, 1e-10))
+    law, time = HeldLaw(laws.copied()), 0.01 * np.arange(60)
+    rows = np.stack((time, 0.01 + 1e-3 * time, np.full(60, 30.0), np.zeros(60)))
+    law.follow(rows, 0.1, 4e-3)
+    law.evaluate(rows, 0.1, (*EVERYWHERE, 4e-3), np.zeros((4, len(WINDOWS))))
+    law.residuals(rows, 0.1, (*EVERYWHERE, 4e-3))
+    law.widened(law.growth(0.01))
     tracker = _moving_tracker()
     prediction = np.zeros(1, PREDICTION)
     predict_output(tracker.state, tracker.reference, 0.0, 0.0, prediction)

@@ -4,7 +4,7 @@
 import math
 
 from vsa_common.types import ResetReason
-from vsa_estimator.fault_detection.consistency import INCONSISTENT
+from vsa_estimator.fault_detection.consistency import INCONSISTENT, NOMINAL, Conditions
 from vsa_estimator.fault_detection.position import PositionUpdate, is_pause
 from vsa_estimator.filter_parts import FilterParts
 from vsa_estimator.initialization.hand_over import StepNoise
@@ -53,15 +53,10 @@ class Supervisor(FilterParts):
             self._moved_ns = block.stamp_ns
         self._step_laws(block, deflection_variance)
         self._pipeline.set_beyond_peak_speed(self._is_beyond_peak_speed)
+        self._check_consistency(block, deflection_variance, conditions)
         if self.modes.general:
             self._step_general(block)
             return
-        decision = self.consistency.evaluate(tracker, self.modes, block, deflection_variance, conditions)
-        if decision.event is Event.INCONSISTENT and self.laws.explains_inconsistency and not self.encoder_fault:
-            self._refute()
-            self._step_general(block)
-            return
-        self._apply(decision)
         if self._detect_manoeuvre() or self.modes.suspended or not block.forces:
             self.noise.force.interrupt()
         else:
@@ -83,6 +78,35 @@ class Supervisor(FilterParts):
                 self.counters.count_reset(ResetReason.INNOVATION)
             else:
                 self._refute()
+
+    def _check_consistency(self, block: Decimated, deflection_variance: float, conditions: Conditions) -> None:
+        """Compare both sensors with the filter's coefficients and with the bank; decide by the law that holds.
+
+        Where the bank decides, an inconsistency of the filter's coefficients alone is one of their law.
+        """
+        modes, by_bank = self.modes, NOMINAL
+        if modes.general or (self.laws.is_rich and not modes.suspended):
+            by_bank = self.bank_consistency.evaluate(modes, True, block, deflection_variance, conditions)
+        else:
+            self.bank_consistency.reset()
+        if modes.general:
+            self._apply(by_bank)
+            return
+        by_filter = self.consistency.evaluate(modes, modes.initialized, block, deflection_variance, conditions)
+        of_filter = by_filter.event is Event.INCONSISTENT
+        of_bank = by_bank.event is Event.INCONSISTENT and (of_filter or self.laws.replaces_filter)
+        if self.encoder_fault or not (of_filter or of_bank):
+            self._apply(by_filter)
+        elif self._bank_decides:
+            if of_bank:
+                self._refute()
+                self._apply(by_bank)
+            else:
+                self.consistency.renew()
+        elif of_filter and self.laws.explains_inconsistency:
+            self._refute()
+        else:
+            self._apply(by_filter)
 
     def _refute(self) -> None:
         """The bank of laws replaces the filter."""
@@ -131,8 +155,9 @@ class Supervisor(FilterParts):
 
     def _update_position(self, block: Decimated, deflection_variance: float) -> bool:
         """Update by the deflection; False where it is rejected."""
-        exponential = self.modes.initialized and not self.modes.general
-        update = self._position.update(self.tracker, self.noise.jerk, block, deflection_variance, exponential)
+        update = self._position.update(
+            self.tracker, self.noise.jerk, block, deflection_variance, self.modes.initialized
+        )
         if update is PositionUpdate.ACCEPTED:
             return True
         self.counters.count_rejected(deflection=True)
@@ -191,7 +216,8 @@ class Supervisor(FilterParts):
 
         The result of a regression initializes the filter, or replaces its coefficients.
         """
-        self.laws.repeat_slice()
+        if self.laws.repeat_slice() and self.laws.is_rich:
+            self.bank_consistency.renew()
         if not self.hand_over.is_running:
             return
         period, force_std = self._pipeline.period_ns * 1e-9, self._regression_noise
@@ -200,7 +226,7 @@ class Supervisor(FilterParts):
             return
         self.tracker.set_coefficients(new.mean, new.covariance)
         if self.modes.initialized:
-            self.consistency.renew(self.tracker)
+            self.consistency.renew()
         if new.event is Event.HAND_OVER:
             self.tracker.set_stroke(*new.stroke)
         if new.event is not None:

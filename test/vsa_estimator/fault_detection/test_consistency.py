@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from vsa_estimator.fault_detection.consistency import NOMINAL, ConsistencyMonitor, _present
+from vsa_estimator.fault_detection.consistency import NOMINAL, ConsistencyMonitor
+from vsa_estimator.fault_detection.residual import Coefficients
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import C
 from vsa_estimator.modes import Event
@@ -16,15 +17,18 @@ K2 = Initial().k2
 
 def decision(shift, of_force=True, of_encoder=False, change=0.0):
     """Decision and coefficients of consistent residuals after a fault of `shift` [m], which would show or not."""
-    tracker, monitor = Tracker(Initial(), 100.0), ConsistencyMonitor(100.0, 4e-3)
+    tracker = Tracker(Initial(), 100.0)
     tracker.start(0.010, 30.0, 1e-10)
+    present = Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
+    monitor = ConsistencyMonitor(100.0, 4e-3, lambda: present)
     monitor._parity = SimpleNamespace(
-        is_consistent=True, is_inconsistent=False, fault_size=(1.0, shift), checkpoint=_present(tracker),
+        is_consistent=True, is_inconsistent=False, fault_size=(1.0, shift), checkpoint=present,
+        growth=K2, has_expired=False,
         measure_fault=lambda: None, end_fault=lambda: None, replace=lambda coefficients: None,
         fault_would_show=lambda of_encoder=True, shows=(of_force, of_encoder): shows[of_encoder],
         hidden_change=lambda: change,
     )  # fmt: skip
-    return monitor._suspended(tracker), _present(tracker)
+    return monitor._suspended(), present
 
 
 def test_a_fault_that_would_show_ends_with_the_coefficients_of_the_checkpoint():

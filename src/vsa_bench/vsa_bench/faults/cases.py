@@ -92,8 +92,9 @@ def _laws(**laws: object) -> TransmissionVariant:
     return TransmissionVariant(laws=ForceLaws(**laws))  # type: ignore[arg-type]
 
 
+DEFAULT = "paper_1"
 TRANSMISSIONS = {
-    "paper_1": TransmissionVariant(),
+    DEFAULT: TransmissionVariant(),
     "paper_2": TransmissionVariant(transmission=SecondTransmissionConfig()),
     "spring_quadratic": _laws(spring=SpringConfig("quadratic")),
     "spring_sinh": _laws(spring=SpringConfig("sinh")),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from vsa_bench.estimation.methods import precompile
 from vsa_bench.faults.cases import (
+    DEFAULT,
     FAULT_CASES,
     FAULTS,
     HEALTHY,
@@ -76,7 +77,7 @@ def _fault_tasks(arguments: argparse.Namespace, base: int) -> list[Task]:
     cases = QUICK_FAULTS if arguments.quick else FAULT_CASES
     count = arguments.seeds or (QUICK_SEEDS if arguments.quick else SEEDS)
     return [
-        (f"{case.label}, seed {seed}", partial(run_fault, case, seed))
+        (f"{case.label}, seed {seed}", partial(run_fault, case, seed, arguments.transmission))
         for case in chosen_faults(cases, arguments.case, arguments.motion, arguments.rate)
         for seed in np.random.SeedSequence(base).generate_state(count).tolist()
     ]
@@ -132,6 +133,10 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--case", nargs="+", default=[], choices=NAMES, metavar="NAME",
         help=f"faults, or healthy recordings by transmission or stamps: {', '.join(NAMES)}",
+    )  # fmt: skip
+    parser.add_argument(
+        "--transmission", default=DEFAULT, choices=TRANSMISSIONS, metavar="NAME",
+        help=f"transmission of the faults: {', '.join(TRANSMISSIONS)} (%(default)s)",
     )  # fmt: skip
     motions = list(dict.fromkeys((*FAULT_MOTIONS, *HEALTHY_MOTIONS)))
     parser.add_argument("--motion", nargs="+", default=[], choices=motions)

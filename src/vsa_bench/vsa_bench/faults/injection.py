@@ -10,18 +10,19 @@ from vsa_common.types import Integers
 from vsa_simulator.faults.recorded import with_failure, with_pauses
 from vsa_simulator.rig.recording import Recording, TransmissionVariant
 
+PAPER = TransmissionVariant()
 BEGIN_S = 30.0  # of the fault
 PAUSE_PERIOD_S = 0.2  # between two bursts of late stamps
 
 
-def faulty(case: FaultCase, seed: int, duration: float) -> Simulated:
+def faulty(case: FaultCase, seed: int, duration: float, transmission: TransmissionVariant = PAPER) -> Simulated:
     """A recording of `duration` [s] with the fault from BEGIN_S on."""
-    healthy = simulate(TransmissionVariant(), case.motion, duration, case.rate_hz, seed)
+    healthy = simulate(transmission, case.motion, duration, case.rate_hz, seed)
     recording, count = healthy.recording, len(healthy.stiffness)
     first = round(BEGIN_S * case.rate_hz)
     end = min(count, first + round(min(case.duration, duration) * case.rate_hz))
     if case.fault in CHANGED:
-        variant = TransmissionVariant(transmission=CHANGED[case.fault])
+        variant = replace(transmission, transmission=CHANGED[case.fault])
         return _changed(healthy, simulate(variant, case.motion, duration, case.rate_hz, seed), first)
     if FAULTS[case.fault].failure:
         return healthy._replace(recording=_failing(recording, case, range(first, end), seed))

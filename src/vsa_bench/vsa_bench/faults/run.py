@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from vsa_bench.faults.cases import FAULTS, TRANSMISSIONS, FaultCase, HealthyCase, form
+from vsa_bench.faults.cases import DEFAULT, FAULTS, TRANSMISSIONS, FaultCase, HealthyCase, form
 from vsa_bench.faults.hypotheses import SATURATION, STAMPS_LATE, hypothesis
 from vsa_bench.faults.injection import BEGIN_S, faulty
 from vsa_bench.faults.metrics import alarms, detect, longest, time_to_valid
@@ -30,9 +30,9 @@ STAMP_KINDS_LATE = ("late", "busy")
 FORCE_RANGE_N = SensorConfig().force_range
 
 
-def run_fault(case: FaultCase, seed: int) -> dict[str, Any]:
-    """Figures of a fault, as the JSON has them."""
-    recording, stiffness, start = faulty(case, seed, FAULT_SECONDS)
+def run_fault(case: FaultCase, seed: int, transmission: str = DEFAULT) -> dict[str, Any]:
+    """Figures of a fault of one of TRANSMISSIONS, as the JSON has them."""
+    recording, stiffness, start = faulty(case, seed, FAULT_SECONDS, TRANSMISSIONS[transmission])
     seen = observe(recording, start, READING_PERIOD_S, case.rate_hz)
     detection = detect(seen.reports, BEGIN_S)
     wrong = seen.wrong(stiffness) & (seen.time >= BEGIN_S)
@@ -43,6 +43,7 @@ def run_fault(case: FaultCase, seed: int) -> dict[str, Any]:
         "motion": case.motion,
         "rate_hz": case.rate_hz,
         "seed": seed,
+        "transmission": transmission,
         "expected": FAULTS[case.fault].hypothesis,
         "valid_before": bool(seen.valid[(seen.time >= BEGIN_S - 1.0) & (seen.time < BEGIN_S)].all()),
         "detected_after_s": detection.delay,

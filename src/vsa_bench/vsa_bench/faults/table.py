@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
+from vsa_bench.faults.cases import DEFAULT
 from vsa_bench.faults.hypotheses import COLUMNS
 from vsa_bench.faults.metrics import isolation_matrix
 from vsa_bench.faults.summary import Run, bars, fault_figures, grouped, healthy_figures, usable
@@ -34,13 +35,18 @@ HEALTHY_NOTE = (
 GROUPS = ("motion", "stamps", "transmission", "rate_hz")
 
 
+def _setting(run: dict[str, Any]) -> tuple[int, str]:
+    """Rate [Hz] and transmission of a run; older reports have one transmission."""
+    return run["rate_hz"], run.get("transmission", DEFAULT)
+
+
 def pages(report: dict[str, Any]) -> Iterator[Page]:
     """All tables of a report."""
     faults, healthy = report["faults"], report["healthy"]
-    for rate, runs in grouped(faults, lambda one: one["rate_hz"]).items():
+    for (rate, transmission), runs in grouped(faults, _setting).items():
         by_form = grouped(runs, lambda one: (one["fault"], one["form"]))
         rows = [_fault_row(fault, form, members) for (fault, form), members in by_form.items()]
-        yield Page(f"faults at {rate} Hz", FAULT_HEADER, rows, FAULT_NOTE, 2)
+        yield Page(f"faults at {rate} Hz, {transmission}", FAULT_HEADER, rows, FAULT_NOTE, 2)
     if faults:
         yield _isolation_page(usable(faults))
     if healthy:

@@ -4,9 +4,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from vsa_common.types import Array
+from vsa_common.types import Array, Booleans
 from vsa_estimator.force_law.elastic import deflection_shift
-from vsa_estimator.tuning.fault_detection import LIKELIHOOD_MARGIN
+from vsa_estimator.tuning.fault_detection import ISOLATION_TIME, LIKELIHOOD_MARGIN, MIN_COVERAGE
+
+Residuals = tuple[Array, Array, Array, Booleans, Array, Array]  # see `residual.residuals`
 
 
 class SensorShift(NamedTuple):
@@ -24,6 +26,14 @@ class SensorShift(NamedTuple):
 
 
 NO_SHIFT = SensorShift(0.0, 0.0, 0.0)
+
+
+def isolate_recent(recent: Residuals, k2: float, limit: float) -> SensorShift | None:
+    """`isolate` by the moving rows of recent residuals, if they are of ISOLATION_TIME and most of them move."""
+    time, residual, sigma, moving, *_ = recent
+    if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
+        return None
+    return isolate(residual[moving], sigma[moving], k2, limit)
 
 
 def isolate(residual: Array, sigma: Array, k2: float, limit: float) -> SensorShift | None:

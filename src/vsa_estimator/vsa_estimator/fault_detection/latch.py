@@ -1,6 +1,9 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Active faults: each is raised by sensor flags or by the supervisor, and holds for a time after its last detection."""
+"""Active faults, each raised by sensor flags or by the supervisor and held for a time after; counters of resets."""
 
+from dataclasses import dataclass
+
+from vsa_common.types import ResetReason
 from vsa_estimator.preprocessing.sensor_flags import SensorFlag
 from vsa_estimator.tuning.fault_detection import FAULT_HOLD_TIME
 
@@ -18,6 +21,31 @@ FAULT_TEXTS = {
 }
 
 DELAY = FAULT_TEXTS[SensorFlag.BURST]  # of the transmission: no fault of a sensor
+
+
+@dataclass
+class Counters:
+    """Resets with the last reason, and rejected samples; they outlive a reset of the estimator."""
+
+    resets: int = 0
+    reset_reason: ResetReason = ResetReason.NONE
+    force_rejected: int = 0
+    deflection_rejected: int = 0
+
+    @property
+    def last_reset(self) -> tuple[int, ResetReason]:
+        """Number and reason of the last reset."""
+        return self.resets, self.reset_reason
+
+    def count_reset(self, reason: ResetReason) -> None:
+        """Count a reset."""
+        self.resets += 1
+        self.reset_reason = reason
+
+    def count_rejected(self, force: bool = False, deflection: bool = False) -> None:
+        """Count rejected samples of force and deflection."""
+        self.force_rejected += force
+        self.deflection_rejected += deflection
 
 
 class FaultLatch:

@@ -11,23 +11,21 @@ from collections import deque
 
 import numpy as np
 from vsa_common.types import Array
-from vsa_estimator.fault_detection.isolation import SensorShift, isolate
-from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients, evaluate_windows, residuals
+from vsa_estimator.fault_detection.fault_size import FaultSize
+from vsa_estimator.fault_detection.held_law import Law
+from vsa_estimator.fault_detection.isolation import Residuals, SensorShift, isolate_recent
+from vsa_estimator.fault_detection.residual import DECISION_WINDOW
 from vsa_estimator.fault_detection.residual_scale import ResidualScale
 from vsa_estimator.fault_detection.row_buffer import RowBuffer
 from vsa_estimator.fault_detection.travel import EVERYWHERE, Travel
-from vsa_estimator.force_law.elastic import stiffness
-from vsa_estimator.force_law.state import C
 from vsa_estimator.tuning.fault_detection import (
     CONSISTENT_SHARE,
     EVALUATION_PERIOD,
     INSENSITIVE_RATIO,
-    ISOLATION_TIME,
     MAX_BASELINE,
     MAX_RIPPLE,
     MAX_SCALE,
     MIN_BASELINE,
-    MIN_COVERAGE,
     MIN_ROWS,
     MOVING_SPEED,
     THRESHOLDS,
@@ -44,7 +42,7 @@ class ParityCheck:
     def __init__(self, rate: float, peak_speed: float) -> None:
         """`rate` of the filter [Hz]; initial v* [m/s], up to which a damper without a peak counts as known."""
         self._peak_speed = peak_speed
-        self._checkpoints: deque[Coefficients] = deque(maxlen=2)
+        self._checkpoints: deque[Law] = deque(maxlen=2)
         self._rows = RowBuffer(int(WINDOWS[-1] * rate) + 1)
         self._scale = ResidualScale()
         self._baseline = MAX_BASELINE  # of the velocity difference [s]
@@ -65,22 +63,22 @@ class ParityCheck:
         self._rows.clear()
         self._windows[0] = np.nan
 
-    def keep(self, coefficients: Coefficients) -> None:
+    def keep(self, law: Law) -> None:
         """Add a checkpoint; the sensors are compared with the older one of two."""
-        self._checkpoints.append(coefficients)
+        self._checkpoints.append(law)
         if self._travel.is_empty and self._rows.deflection.size:
             self.extend_travel()
 
-    def replace(self, coefficients: Coefficients) -> None:
-        """Make these coefficients the only checkpoint."""
+    def replace(self, law: Law) -> None:
+        """Make this law the only checkpoint."""
         if self._checkpoints:
-            self._travel.shift(coefficients.reference - self._checkpoints[0].reference)
+            self._travel.shift(law.reference - self._checkpoints[0].reference)
         self._checkpoints.clear()
-        self.keep(coefficients)
+        self.keep(law)
 
     @property
-    def checkpoint(self) -> Coefficients | None:
-        """Coefficients that the sensors are compared with."""
+    def checkpoint(self) -> Law | None:
+        """Law that the sensors are compared with."""
         return self._checkpoints[0] if self._checkpoints else None
 
     def add(self, step: tuple[float, float, float], deflection_variance: float, after_rejection: bool) -> bool:
@@ -96,9 +94,10 @@ class ParityCheck:
         self._windows[0] = np.nan
         if self._rows.view.shape[1] >= MIN_ROWS:
             self._baseline = min(max(math.sqrt(2.0 * deflection_variance) / VELOCITY_STD, MIN_BASELINE), MAX_BASELINE)
-            travel = EVERYWHERE if self.extrapolates else self._travel.limits(float(self._checkpoints[0].mean[C.K2]))
-            limits = *travel, self._peak_speed
-            evaluate_windows(self._rows.view, *self._checkpoints[0], self._baseline, limits, self._windows)
+            for law in self._checkpoints:
+                law.follow(self._rows.view, self._baseline, self._peak_speed)
+            law = self._checkpoints[0]
+            self._evaluate(law, EVERYWHERE if self.extrapolates else law.travel(self._travel))
         return True
 
     @property
@@ -108,6 +107,11 @@ class ParityCheck:
         return model_std > INSENSITIVE_RATIO * self._scale.std(DECISION_WINDOW)
 
     @property
+    def has_expired(self) -> bool:
+        """Whether the checkpoint has become too uncertain to expose a fault, by its age alone."""
+        return self._checkpoints[0].ages and self.is_uncertain and not self.no_evidence
+
+    @property
     def is_insensitive(self) -> bool:
         """Whether the usual residuals are too large to expose a fault."""
         return self._scale.std(DECISION_WINDOW) > MAX_SCALE
@@ -115,7 +119,7 @@ class ParityCheck:
     @property
     def extrapolates(self) -> bool:
         """Whether the position is beyond the travel: there the covariance does not contain the error of the law."""
-        low, high = self._travel.limits(float(self._checkpoints[0].mean[C.K2]))
+        low, high = self._checkpoints[0].travel(self._travel)
         return not low < float(self._rows.deflection[-1]) < high
 
     @property
@@ -133,6 +137,18 @@ class ParityCheck:
         """Whether the mean residual of any window exceeds its threshold."""
         return any(self._normalized(index) > 1.0 for index in range(len(WINDOWS)))
 
+    def choose_law(self) -> bool:
+        """Choose another law of the checkpoint that explains the recent steps, in all windows; whether there is one."""
+        before = self._windows.copy()
+        for law in self._checkpoints[0].others():
+            law.follow(self._rows.view, self._baseline, self._peak_speed)
+            self._evaluate(law, EVERYWHERE)
+            if not self.exceeds_threshold and not np.isnan(self._windows[0, ~np.isnan(before[0])]).any():
+                self._checkpoints[0] = law
+                return True
+        self._windows = before
+        return False
+
     @property
     def is_consistent(self) -> bool:
         """Whether the mean residuals up to the decision window are all small."""
@@ -145,29 +161,17 @@ class ParityCheck:
 
     def begin_fault(self) -> None:
         """Drop what is known of the last fault."""
-        self.fault_size = (0.0, 0.0)  # of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown
-        self._recent_means: deque[tuple[float, float, bool]] = deque(maxlen=PASSAGE)  # [N], deflection [m], not small
-        self._passage = (math.inf, math.nan)  # slope of the mean residual [N/m] to the deflection [m] where it is small
+        self._fault = FaultSize(PASSAGE)
+
+    @property
+    def fault_size(self) -> tuple[float, float]:
+        """Size of the present fault, if it shifts the force [N], the encoder [m]; 0: unknown."""
+        return self._fault.shift
 
     def measure_fault(self) -> None:
-        """Take the size of the present fault, and where its residual becomes small, from the mean residuals.
-
-        The largest size counts. The slope is that over the decision window before the first small mean. It is infinite
-        after a step of the encoder, and where the mean was small at the begin of that window: the residual of another
-        law does not come and go.
-        """
-        if self._normalized(DECISION_WINDOW) > 1.0:
-            self.fault_size = max(self.fault_size, (abs(self._mean), abs(self._mean) / self._stiffness))
-        mean, deflection = self._mean, float(self._recent[1].mean())
-        if math.isnan(mean):
-            return
-        self._recent_means.append((mean, deflection, self.is_inconsistent))
-        if self.is_inconsistent:
-            self._passage = math.inf, math.nan
-        elif math.isnan(self._passage[1]):
-            last, position, inconsistent = self._recent_means[0]
-            passed = inconsistent and position != deflection and not self._rows.view[3].any()
-            self._passage = (mean - last) / (deflection - position) if passed else math.inf, deflection
+        """Take the size of the present fault, and where its residual becomes small, from the mean residuals."""
+        normalized, rejected = self._normalized(DECISION_WINDOW), bool(self._rows.view[3].any())
+        self._fault.add(self._mean, float(self._recent[1].mean()), normalized, self._stiffness, rejected)
 
     def fault_would_show(self, of_encoder: bool = True) -> bool:
         """Whether a shift of the force sensor, and `of_encoder` also of the encoder, of the fault's size would show.
@@ -180,21 +184,11 @@ class ParityCheck:
         return force == 0.0 or residual > CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)
 
     def hidden_change(self) -> float:
-        """Relative error of the stiffness by another law without a residual at the present deflections, or 0.
-
-        The residual of another law passes zero with a slope, the difference of the stiffnesses. Beyond the stiffness
-        of the checkpoint it is excluded; within, by the log likelihood ratio of a residual with that slope to none.
-        """
-        slope, deflection = self._passage
-        if not abs(slope) < self._stiffness:
-            return 0.0
-        mean, _, reference = self._checkpoints[0]
-        limits = *EVERYWHERE, self._peak_speed
-        _, values, *_, motion, _ = residuals(self._recent, mean, reference, self._baseline, limits)
-        expected = slope * (motion[0] - deflection)
-        least = (CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)) ** 2
-        shows = float(expected @ (expected - 2.0 * values)) > values.size * least
-        return 0.0 if shows else abs(slope) / float(stiffness(mean[C.S], mean[C.K2], deflection - reference))
+        """Relative error of the stiffness by another law without a residual at the present deflections, or 0."""
+        _, values, *_, motion, _ = self._residuals(self._recent)
+        limit = CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)
+        slope = self._fault.hidden_slope(self._stiffness, motion[0], values, limit)
+        return slope / self._checkpoints[0].stiffness(self._fault.deflection) if slope else 0.0
 
     @property
     def _mean(self) -> float:
@@ -210,8 +204,12 @@ class ParityCheck:
     @property
     def _stiffness(self) -> float:
         """Stiffness of the checkpoint at the last deflection [N/m]."""
-        mean, _, reference = self._checkpoints[0]
-        return float(stiffness(mean[C.S], mean[C.K2], float(self._rows.deflection[-1]) - reference))
+        return self._checkpoints[0].stiffness(float(self._rows.deflection[-1]))
+
+    @property
+    def growth(self) -> float:
+        """Slope of ln stiffness of the checkpoint at the last deflection [1/m]."""
+        return self._checkpoints[0].growth(float(self._rows.deflection[-1]))
 
     def accept(self) -> None:
         """Adapt the residual scales to the present means, which are those of consistent sensors."""
@@ -228,17 +226,18 @@ class ParityCheck:
 
     def isolate_fault(self) -> SensorShift | None:
         """The constant shift of one sensor that explains the last seconds, if the other's does not."""
-        checkpoint = self.checkpoint
-        if checkpoint is None or self._rows.view.shape[1] < MIN_ROWS:
-            return None
-        limits = *EVERYWHERE, self._peak_speed
-        time, residual, sigma, moving, *_ = residuals(
-            self._rows.view, checkpoint.mean, checkpoint.reference, self._baseline, limits
-        )
-        if not time.size or time[-1] - time[0] < ISOLATION_TIME or moving.mean() < MIN_COVERAGE:
+        if not self._checkpoints or self._rows.view.shape[1] < MIN_ROWS:
             return None
         limit = MAX_RIPPLE * self._scale.std(DECISION_WINDOW)
-        return isolate(residual[moving], sigma[moving], float(checkpoint.mean[C.K2]), limit)
+        return isolate_recent(self._residuals(self._rows.view), self.growth, limit)
+
+    def _residuals(self, rows: Array) -> Residuals:
+        """Residuals of rows (4, n) at any deflection."""
+        return self._checkpoints[0].residuals(rows, self._baseline, (*EVERYWHERE, self._peak_speed))
+
+    def _evaluate(self, law: Law, travel: tuple[float, float]) -> None:
+        """Evaluate the windows against a law, by the deflections within `travel` [m]."""
+        law.evaluate(self._rows.view, self._baseline, (*travel, self._peak_speed), self._windows)
 
     def _normalized(self, index: int) -> float:
         """Mean residual of a window, less the stiction that it may hide, over its threshold; NaN for too few rows."""

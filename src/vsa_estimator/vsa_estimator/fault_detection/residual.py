@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array, Booleans
+from vsa_estimator.fault_detection.isolation import Residuals, SensorShift
+from vsa_estimator.fault_detection.travel import Travel
 from vsa_estimator.force_law.damper import clip_speed, peak_speed
 from vsa_estimator.force_law.elastic import elastic_force, elastic_gradient, stiffness
 from vsa_estimator.force_law.friction import smoothed_sign
@@ -24,6 +26,8 @@ from vsa_estimator.tuning.force_law import COULOMB_SPEED
 
 DECISION_WINDOW = 1  # index in WINDOWS of the one that ends a fault
 
+Limits = tuple[float, float, float]  # two of the deflection [m] and one of the speed [m/s]
+
 
 class Coefficients(NamedTuple):
     """Coefficients [s k2 d1 d2 M F0 d0] (7,) with covariance (7, 7), and the position at which s holds [m]."""
@@ -32,15 +36,60 @@ class Coefficients(NamedTuple):
     covariance: Array
     reference: float
 
+    @property
+    def ages(self) -> bool:
+        """Whether the covariance grows with time: no."""
+        return False
+
+    def stiffness(self, deflection: float) -> float:
+        """Stiffness of eq. (3) at a deflection [m] in N/m."""
+        return float(stiffness(self.mean[C_S], self.mean[C_K2], deflection - self.reference))
+
+    def growth(self, _deflection: float) -> float:
+        """Slope of ln stiffness at a deflection [m] in 1/m."""
+        return float(self.mean[C_K2])
+
+    def travel(self, known: Travel) -> tuple[float, float]:
+        """Deflections [m] up to which the law holds, if it is known in this travel."""
+        return known.limits(self.growth(self.reference))
+
+    def others(self) -> "tuple[Coefficients, ...]":
+        """Other laws that the data permit: none."""
+        return ()
+
+    def follow(self, rows: Array, baseline: float, peak_speed: float) -> None:
+        """Nothing: the force has no memory."""
+
+    def residuals(self, rows: Array, baseline: float, limits: Limits) -> Residuals:
+        """`residuals` of rows."""
+        return residuals(rows, self.mean, self.reference, baseline, limits)
+
+    def evaluate(self, rows: Array, baseline: float, limits: Limits, windows: Array) -> None:
+        """`evaluate_windows` of rows."""
+        evaluate_windows(rows, *self, baseline, limits, windows)
+
+    def widened(self, ln_stiffness_variance: float) -> "Coefficients":
+        """The coefficients with a greater variance of ln stiffness."""
+        covariance = self.covariance.copy()
+        covariance[C_S, C_S] += ln_stiffness_variance
+        return self._replace(covariance=covariance)
+
+    def shifted(self, shift: SensorShift) -> "Coefficients":
+        """The coefficients for sensors that read this much more; the variance of an encoder's widens the stiffness."""
+        if shift.deflection:
+            widened = self.widened((self.growth(self.reference) * shift.std) ** 2)
+            return widened._replace(reference=self.reference + shift.deflection)
+        mean, covariance = self.mean.copy(), self.covariance.copy()
+        mean[C_F0] += shift.force
+        covariance[C_F0, C_F0] += shift.std**2
+        return self._replace(mean=mean, covariance=covariance)
+
 
 @compiled
-def residuals(
-    rows: Array, mean: Array, reference: float, baseline: float, limits: tuple[float, float, float]
-) -> tuple[Array, Array, Array, Booleans, Array, Array]:
+def residuals(rows: Array, mean: Array, reference: float, baseline: float, limits: Limits) -> Residuals:
     """Residuals of the rows (4, n) of a RowBuffer, where they are usable.
 
-    Velocities are differences over `baseline` [s]; rows beyond the `limits`, two of the deflection [m] and one of the
-    speed [m/s], are not usable.
+    Velocities are differences over `baseline` [s]; rows beyond the `limits` are not usable.
     `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns time (m,), residual [N] (m,), stiffness of eq. (3)
     (m,), whether the rod moves (m,), the motion x, v, a (3, m), and the times of all finite residuals. The damper holds
     its greatest force beyond v*.
@@ -178,13 +227,7 @@ def model_force_std(mean: Array, covariance: Array, reference: float, motion: Ar
 
 @compiled
 def evaluate_windows(
-    rows: Array,
-    mean: Array,
-    covariance: Array,
-    reference: float,
-    baseline: float,
-    limits: tuple[float, float, float],
-    windows: Array,
+    rows: Array, mean: Array, covariance: Array, reference: float, baseline: float, limits: Limits, windows: Array
 ) -> None:
     """Write into `windows` (4, 3), for each of WINDOWS, what describes its mean residual.
 

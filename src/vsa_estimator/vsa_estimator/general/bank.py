@@ -17,10 +17,11 @@ from vsa_estimator.general.encoder_motion import EncoderMotion
 from vsa_estimator.general.impedance import mixture
 from vsa_estimator.general.models import MODELS, NESTED, SIMPLE, geometry_at, members_at, set_spring_prior, transferred
 from vsa_estimator.general.records import IMPEDANCE, SPRING, STEP, Record, X
-from vsa_estimator.general.repetition import Repetition, advance, follow, shift_geometry, shift_members
+from vsa_estimator.general.repetition import Repetition, advance, follow, shift_geometry, shift_members, widen
 from vsa_estimator.settings import Initial
 from vsa_estimator.tuning.general import (
     MIN_GROWTH,
+    REFUTATION,
     RELINEARIZATION_TIMES,
     REPEATED_TIME,
     SLOPE_STD,
@@ -151,6 +152,28 @@ class Bank:
     def exponential_spring_evidence(self) -> float:
         """Log likelihood of the better member with an exponential spring, relative to the best of all."""
         return max(float(self._members["ln_likelihood"][m]) for m in NESTED) if self._members is not None else 0.0
+
+    def plausible(self) -> list[int]:
+        """Indices of the members but the exponential law, the most probable one first.
+
+        The others are not refuted, and neither drift faster nor relax unless that does: both explain a slow fault.
+        """
+        assert self._members is not None
+        order = 1 + np.argsort(-self._probabilities[1:], kind="stable")
+        permitted, models = self._members["ln_likelihood"] > -REFUTATION, self._members["model"]
+        for name in ("level_density", "scale_density", "rate_density", "relaxation"):
+            permitted &= models[name] <= models[name][order[0]]
+        return [int(m) for m in order if permitted[m] or m == order[0]]
+
+    def member(self, index: int) -> tuple[Record, Record]:
+        """Copies of a member, (1,) MEMBER, and of its (1,) GEOMETRY, after the first step."""
+        assert self._members is not None
+        return self._members[index : index + 1].copy(), self._geometry.copy()
+
+    def widen(self, ln_stiffness_variance: float) -> None:
+        """Add a change of the whole elastic law of this relative variance, in all members."""
+        if self._members is not None:
+            widen(self._members, self._geometry, ln_stiffness_variance)
 
     def elastic_law(self) -> tuple[Array, Array, Array, float] | None:
         """Elastic law of the mixture, see `vsa_estimator.general.elastic_law`; None before the second step."""

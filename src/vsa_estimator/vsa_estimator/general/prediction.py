@@ -47,7 +47,7 @@ def advance_memory(member: Record, geometry: Record, x: float, dt: float) -> Non
     travel, middle = x - one["deflection"], 0.5 * (x + one["deflection"])
     one["deflection"] = x
     if one["model"]["relaxation"]:
-        force = max(_stiffness(one["driving"], geometry, middle), 1.0) * travel
+        force = max(spring_stiffness(one["driving"], geometry, middle), 1.0) * travel
         for k in range(RELAXATION_SIZE):
             rate = dt / RELAXATION_TIME[k]
             decay = math.exp(-rate)
@@ -57,7 +57,7 @@ def advance_memory(member: Record, geometry: Record, x: float, dt: float) -> Non
 
 
 @compiled
-def _stiffness(coefficients: Array, geometry: Record, x: float) -> float:
+def spring_stiffness(coefficients: Array, geometry: Record, x: float) -> float:
     """Stiffness [N/m] of an elastic law with these coefficients (SPRING_SIZE,) at x [m]."""
     i, u = locate(x, geometry[0]["origin"], geometry[0]["spacing"])
     w, relative = np.empty(4), 0.0
@@ -113,7 +113,7 @@ def add_law_noise(p: Array, level: float, direction: Array, variance: float) -> 
 @compiled
 def at_reference(member: Record, geometry: Record) -> float:
     """Stiffness of a member at the reference [N/m]."""
-    return _stiffness(member[0]["mean"][SPRING:], geometry, geometry[0]["reference"])
+    return spring_stiffness(member[0]["mean"][SPRING:], geometry, geometry[0]["reference"])
 
 
 @compiled
@@ -149,6 +149,32 @@ def add_shift_noise(member: Record, geometry: Record, deflection_variance: float
 
 
 @compiled
+def predict_level(member: Record, geometry: Record, dt: float) -> None:
+    """Predict level and elastic law by dt [s], as `predict_member` does; the motion stays, with its covariance."""
+    one = member[0]
+    z, p, decay = one["mean"], one["covariance"], math.exp(-dt / LEVEL_RATE_TIME)
+    z[L] += dt * z[LEVEL_RATE]
+    z[LEVEL_RATE] *= decay
+    for j in range(SIZE):
+        p[L, j] += dt * p[LEVEL_RATE, j]
+        p[LEVEL_RATE, j] *= decay
+    for j in range(SIZE):
+        p[j, L] += dt * p[j, LEVEL_RATE]
+        p[j, LEVEL_RATE] *= decay
+    add_law_densities(member, geometry, dt)
+
+
+@compiled
+def add_law_densities(member: Record, geometry: Record, dt: float) -> None:
+    """Add the noise of level, level rate and elastic law over dt [s] to the covariance."""
+    p, model = member[0]["covariance"], member[0]["model"]
+    p[L, L] += model["level_density"] * dt
+    p[LEVEL_RATE, LEVEL_RATE] += model["rate_density"] * dt
+    if model["scale_density"] > 0.0:
+        add_scale_noise(member, geometry, model["scale_density"] * dt)
+
+
+@compiled
 def predict_member(member: Record, geometry: Record, dt: float, snap_density: float) -> None:
     """Predict state and covariance by dt [s] with white snap of a density [m^2/s^7]."""
     one = member[0]
@@ -163,7 +189,4 @@ def predict_member(member: Record, geometry: Record, dt: float, snap_density: fl
             p[j, i] = p[i, j]  # symmetric to the last bit, which the correction keeps
     add_snap_noise(p, snap_density, dt)
     p[B, B] += model["travel_std"] ** 2 * (1.0 - decay * decay)
-    p[L, L] += model["level_density"] * dt
-    p[LEVEL_RATE, LEVEL_RATE] += model["rate_density"] * dt
-    if model["scale_density"] > 0.0:
-        add_scale_noise(member, geometry, model["scale_density"] * dt)
+    add_law_densities(member, geometry, dt)

@@ -10,7 +10,13 @@ from vsa_estimator.general.elastic_law import nest
 from vsa_estimator.general.encoder_motion import is_moving, smooth
 from vsa_estimator.general.law import prefers_smoothed
 from vsa_estimator.general.models import NESTED
-from vsa_estimator.general.prediction import add_shift_noise, advance_memory, drop_innovation, predict_member
+from vsa_estimator.general.prediction import (
+    add_scale_noise,
+    add_shift_noise,
+    advance_memory,
+    drop_innovation,
+    predict_member,
+)
 from vsa_estimator.general.records import MOTION, SPRING, L, Record, V, X
 from vsa_estimator.tuning.filter import STATIONARY_TIME
 from vsa_estimator.tuning.general import MAX_EVIDENCE, STEPS_PER_SLICE
@@ -64,6 +70,13 @@ def follow(members: Record, geometry: Record, deflection: float, dt: float) -> N
     """Advance relaxation and hysteresis of all members over dt [s] to a deflection [m]."""
     for m in range(members.size):
         advance_memory(members[m : m + 1], geometry, deflection, dt)
+
+
+@compiled
+def widen(members: Record, geometry: Record, variance: float) -> None:
+    """Add a change of the whole elastic law of this relative variance to the covariance of all members."""
+    for m in range(members.size):
+        add_scale_noise(members[m : m + 1], geometry, variance)
 
 
 @compiled

@@ -49,7 +49,7 @@ def start_from(
     """Hand the coefficients over to a filter after its first sample."""
     tracker.restore(*coefficients)
     modes.handle(Event.HAND_OVER)
-    consistency.begin(tracker)
+    consistency.begin()
     modes.handle(Event.INCONSISTENT, AFTER_GAP)
 
 

@@ -23,6 +23,8 @@ PEAK_SPEED_MARGIN = _constant("PEAK_SPEED_MARGIN", 0.85, "1", 0.4, 1.0,
     "share of v* up to which a mean speed determines the damper force", "ablation")  # fmt: skip
 MAX_DAMPER_ERROR = _constant("MAX_DAMPER_ERROR", 2.0, "N", 0.5, 8.0,
     "error of a residual by acceleration within the baseline, or as a single outlier, above which it is excluded", "ablation")  # fmt: skip
+MEAN_SPEED_ERROR = _constant("MEAN_SPEED_ERROR", 1.0 / 3.0, "1", 0.1, 1.0,
+    "error of the mean speed over a baseline, in its greatest deviation within it", "derivation: a constant jerk j over a baseline T makes it j T^2 / 24, and changes the acceleration a by at most 2 a, from -a to a; the deviation is a T / 4")  # fmt: skip
 MOVING_SPEED = _constant("MOVING_SPEED", 0.2e-3, "m/s", 5e-5, 1e-3,
     "speed below which friction may take any value up to the Coulomb force", "ablation")  # fmt: skip
 STICTION_RATIO = _constant("STICTION_RATIO", 1.3, "1", 0.5, 3.0,
