@@ -176,6 +176,7 @@ class FilterParts:
         suspended = self._suspend(reason)
         if not self.modes.general:
             self.laws.shift(shift)
+            self.bank_consistency.reset()
         return suspended
 
     def _interrupt(self, block: Decimated, deflection_variance: float) -> None:
