@@ -63,7 +63,7 @@ def _run_bank() -> None:
     bank.follow(0.01, 0.01)
     bank.interrupt(0.01, (0.01, 1e-10))
     law, time = HeldLaw(laws.copied()), 0.01 * np.arange(60)
-    rows = np.stack((time, 0.01 + 1e-3 * time, np.full(60, 30.0), np.zeros(60)))
+    rows = np.stack((time, 0.01 + 1e-3 * time, np.full(60, 30.0), np.zeros(60)))[:, 1:]  # strided, as a RowBuffer's
     law.follow(rows, 0.1, 4e-3)
     law.evaluate(rows, 0.1, (*EVERYWHERE, 4e-3), np.zeros((4, len(WINDOWS))))
     law.residuals(rows, 0.1, (*EVERYWHERE, 4e-3))
