@@ -190,7 +190,8 @@ class LawChoice:
         self.publishes_bank = self.replaces_filter = modes.general
         self.discrepancies = (0.0, 0.0)
         laws = self._laws
-        if laws is not None and modes.general and self.is_held:
+        if modes.general and self.is_held:
+            predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
             self._move(tracker)
         if laws is None or laws.is_confirmed or modes.mode not in (Mode.INITIALIZING, Mode.TRACKING):
             return
@@ -224,8 +225,7 @@ class LawChoice:
             self._move(tracker)
 
     def _move(self, tracker: Tracker) -> None:
-        """Compute the bank's impedance at the motion of the filter."""
-        predict_output(tracker.state, tracker.reference, 0.0, 0.0, self._prediction)
+        """Compute the bank's impedance at the motion of the filter, whose prediction is new."""
         self._moved[:] = self.impedance
         move_to(self._prediction, tracker.p[:3, :3], self._moved)
 

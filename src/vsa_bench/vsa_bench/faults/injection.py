@@ -4,26 +4,26 @@
 from dataclasses import replace
 
 import numpy as np
-from vsa_bench.faults.cases import BURST_S, CHANGED, FAULTS, FaultCase
+from vsa_bench.faults.cases import BURST_S, CHANGED, DEFAULT, FAULTS, TRANSMISSIONS, FaultCase
 from vsa_bench.faults.motions import Simulated, simulate
 from vsa_common.types import Integers
 from vsa_simulator.faults.recorded import with_failure, with_pauses
-from vsa_simulator.rig.recording import Recording, TransmissionVariant
+from vsa_simulator.rig.recording import Recording
 
-PAPER = TransmissionVariant()
 BEGIN_S = 30.0  # of the fault
 PAUSE_PERIOD_S = 0.2  # between two bursts of late stamps
 
 
-def faulty(case: FaultCase, seed: int, duration: float, transmission: TransmissionVariant = PAPER) -> Simulated:
-    """A recording of `duration` [s] with the fault from BEGIN_S on."""
-    healthy = simulate(transmission, case.motion, duration, case.rate_hz, seed)
+def faulty(case: FaultCase, seed: int, duration: float, transmission: str = DEFAULT) -> Simulated:
+    """A recording of `duration` [s] of one of TRANSMISSIONS, with the fault from BEGIN_S on."""
+    variant = TRANSMISSIONS[transmission]
+    healthy = simulate(variant, case.motion, duration, case.rate_hz, seed)
     recording, count = healthy.recording, len(healthy.stiffness)
     first = round(BEGIN_S * case.rate_hz)
     end = min(count, first + round(min(case.duration, duration) * case.rate_hz))
     if case.fault in CHANGED:
-        variant = replace(transmission, transmission=CHANGED[case.fault])
-        return _changed(healthy, simulate(variant, case.motion, duration, case.rate_hz, seed), first)
+        changed = replace(variant, transmission=CHANGED[case.fault])
+        return _changed(healthy, simulate(changed, case.motion, duration, case.rate_hz, seed), first)
     if FAULTS[case.fault].failure:
         return healthy._replace(recording=_failing(recording, case, range(first, end), seed))
     return healthy._replace(recording=replace(recording, stamp_ns=_late(recording.stamp_ns, first, end)))

@@ -32,7 +32,7 @@ FORCE_RANGE_N = SensorConfig().force_range
 
 def run_fault(case: FaultCase, seed: int, transmission: str = DEFAULT) -> dict[str, Any]:
     """Figures of a fault of one of TRANSMISSIONS, as the JSON has them."""
-    recording, stiffness, start = faulty(case, seed, FAULT_SECONDS, TRANSMISSIONS[transmission])
+    recording, stiffness, start = faulty(case, seed, FAULT_SECONDS, transmission)
     seen = observe(recording, start, READING_PERIOD_S, case.rate_hz)
     detection = detect(seen.reports, BEGIN_S)
     wrong = seen.wrong(stiffness) & (seen.time >= BEGIN_S)

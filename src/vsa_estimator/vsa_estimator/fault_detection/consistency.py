@@ -75,7 +75,7 @@ class ConsistencyMonitor:
         self._parity.replace(self._present())
 
     def renew(self) -> None:
-        """Make the present coefficients, less certain by a cross-check, the checkpoint."""
+        """Make the present law the checkpoint: what is known has changed, as by a cross-check or a repetition."""
         self._parity.replace(self._present())
 
     def interrupt(self) -> None:
