@@ -2,7 +2,10 @@
 """The table of operating modes."""
 
 import pytest
+from vsa_estimator.estimator import Estimator
 from vsa_estimator.modes import TRANSITIONS, Event, Mode, ModeMachine
+from vsa_estimator.settings import EstimatorConfig
+from vsa_msgs.msg import EstimatorState
 
 
 def machine_after(*events):
@@ -15,6 +18,18 @@ def machine_after(*events):
 def test_every_mode_is_reached_from_the_first_sample_on_and_left_again():
     assert set(TRANSITIONS.values()) == set(Mode) - {Mode.WAITING}
     assert {mode for mode, _ in TRANSITIONS} == set(Mode)
+
+
+def test_the_numbers_are_those_of_the_message():
+    assert {name: getattr(EstimatorState, f"MODE_{name}") for name in Mode.__members__} == dict(Mode.__members__)
+
+
+def test_the_state_has_the_mode():
+    estimator = Estimator(EstimatorConfig())
+    assert estimator.state().mode is Mode.WAITING
+    for i in range(3):
+        estimator.add(10_000_000 * (i + 1), 20.0, 0.01)
+    assert estimator.state().mode is Mode.INITIALIZING
 
 
 def test_every_event_has_a_transition():

@@ -159,7 +159,7 @@ class Estimator:
         supervisor.tracker.update_uncertainty()
         faults = self._latch.active_faults(self._stamp_ns)
         state = state_of(supervisor.tracker, self._estimate, Diagnostics(
-            stamp_ns=self._stamp_ns,
+            stamp_ns=self._stamp_ns, mode=supervisor.modes.mode,
             faults=tuple(text for text in (*faults, supervisor.modes.reason) if text),
             reset_count=supervisor.counters.resets,
             reset_reason=supervisor.counters.reset_reason,

@@ -5,14 +5,12 @@ from enum import Enum, IntEnum, auto
 
 
 class Mode(IntEnum):
-    """What the estimates come from."""
+    """What the estimates come from; the numbers are those of EstimatorState.msg."""
 
     WAITING = 0  # no sample yet
     INITIALIZING = 1  # coefficients from regressions, motion from the encoder alone
     TRACKING = 2  # the filter estimates motion and coefficients
-    SUSPENDED = (
-        3  # coefficients are held: force and encoder are not consistent, or it is not known yet whether they are
-    )
+    SUSPENDED = 3  # coefficients are held: force and encoder are not known to be consistent
     GENERAL = 4  # the exponential law is refuted: the bank of the general transmission estimates
     GENERAL_SUSPENDED = 5  # the bank is held, as the coefficients in SUSPENDED
 

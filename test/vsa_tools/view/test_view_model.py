@@ -174,6 +174,15 @@ def test_the_elastic_law_has_its_name_knots_and_the_covariance_of_neighbours():
     assert model.to_json(10.1)["transmission_1"]["elastic_law"] is None
 
 
+def test_the_mode_of_the_estimator_is_a_text():
+    model = filled_model()
+    model.transmissions["transmission_1"].add_state(
+        serialize_message(EstimatorState(mode=EstimatorState.MODE_GENERAL_SUSPENDED))
+    )
+    assert model.to_json(10.1)["transmission_1"]["mode"] == "general suspended"
+    assert model.to_json(11.0)["transmission_1"]["mode"] == ""
+
+
 def test_a_diagnostic_ends_when_its_node_is_back_to_ok():
     model = filled_model()
     model.add_diagnostics(diagnostic(0, ""), 2 * S, 11.0, "/vsa/")

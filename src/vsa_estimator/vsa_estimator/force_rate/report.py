@@ -10,6 +10,7 @@ import numpy as np
 from vsa_common.types import Array, ResetReason, Status
 from vsa_estimator.force_law.state import C
 from vsa_estimator.force_rate.ekf import SIZE, R
+from vsa_estimator.modes import Mode
 from vsa_estimator.output.elastic_law import exponential_law
 from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.tuning.output import (
@@ -105,6 +106,7 @@ def state_of(snapshot: Snapshot, estimate: Estimate | None, diagnostics: Mapping
     return State(
         stamp_ns=snapshot.stamp_ns,
         status=Status.INITIALIZING if estimate is None else estimate.status,
+        mode=Mode.WAITING if estimate is None else Mode.TRACKING,  # no others
         reason=reason or ("" if stiffness_valid else NOT_CONVERGED),
         reset_count=snapshot.reset_count,
         reset_reason=snapshot.reset_reason,

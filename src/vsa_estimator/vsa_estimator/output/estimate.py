@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from vsa_common.types import ResetReason, Status
+from vsa_estimator.modes import Mode
 
 
 class Estimate(NamedTuple):
@@ -71,6 +72,7 @@ class State(NamedTuple):
 
     stamp_ns: int
     status: Status
+    mode: Mode
     reason: str
     reset_count: int
     reset_reason: ResetReason

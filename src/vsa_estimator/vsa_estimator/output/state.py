@@ -8,6 +8,7 @@ import numpy as np
 from vsa_common.types import ResetReason, Status
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.state import Z
+from vsa_estimator.modes import Mode
 from vsa_estimator.output.elastic_law import exponential_law
 from vsa_estimator.output.estimate import Estimate, State
 from vsa_estimator.output.validity import UNOBSERVABLE, assess_observability, describe_unobservable
@@ -22,9 +23,10 @@ _COEFFICIENTS = {
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """Counters, noise in use and active faults, as in EstimatorState."""
+    """Mode, counters, noise in use and active faults, as in EstimatorState."""
 
     stamp_ns: int
+    mode: Mode
     faults: tuple[str, ...]
     reset_count: int
     reset_reason: ResetReason

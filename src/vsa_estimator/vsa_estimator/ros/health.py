@@ -29,7 +29,9 @@ class EstimatorHealth:
         `status` is the published one, `refused` the refused stamps by topic, `counts` further counters; an increase of
         `unpaired` among them is a warning.
         """
-        values: dict[str, object] = {"status": status.name} | {name: getattr(state, name) for name in _COUNTERS}
+        values: dict[str, object] = {"status": status.name, "mode": state.mode.name} | {
+            name: getattr(state, name) for name in _COUNTERS
+        }
         values |= {**counts, "resets": state.reset_count, "last_reset": ResetReason(state.reset_reason).name}
         refusals = {f"refused_stamps {topic}": count for topic, count in refused.items()}
         values |= refusals

@@ -8,6 +8,7 @@ from typing import Any
 from vsa_common.ros.cdr import Reader, read_counters, read_stamp
 from vsa_common.types import ResetReason
 from vsa_estimator.force_rate.rate_filter import RateFilter
+from vsa_estimator.modes import Mode
 from vsa_tools.view.events import CounterWatch, Events
 from vsa_tools.view.section import Section
 from vsa_tools.view.time_series import Stream, count_lost, quantity, rounded
@@ -30,6 +31,7 @@ _COUNTER_EVENTS = {  # text of the event for an increment
     "deflection_rejected": "position rejected by the gate",
 }
 _RESETS = {reason.value: reason.name for reason in ResetReason}
+_MODES = {mode.value: mode.name.lower().replace("_", " ") for mode in Mode}
 
 
 class TransmissionSection(Section):
@@ -87,6 +89,7 @@ class TransmissionSection(Section):
             "reason": state["reason"] if current else "",
             "observability": state["observability"] if current else [],
             "reset_reason": _RESETS.get(state["reset_reason"], "UNKNOWN"),
+            "mode": _MODES.get(state["mode"], "unknown") if current else "",
             **{name: state[name] for name in _COUNTS},
         }
 

@@ -105,7 +105,8 @@ export function updateTexts(state, paused) {
   const counts = COUNTS.map(([name, title]) => row(name, title, "", ...sides.map((side) => make("td", "", String(side[name] ?? "–")))));
   const { delay } = state.joint, across = make("td", "", delay?.p50 === undefined ? "–" : `median ${delay.p50}, 99 % ${delay.p99}, maximum ${delay.max}`);
   across.colSpan = 2;
-  byId("health").replaceChildren(...counts, row("delay", "sensor to page", "ms", across));
+  const modes = row("mode", "mode", "", ...sides.map((side) => make("td", "", side.mode || "–")));
+  byId("health").replaceChildren(modes, ...counts, row("delay", "sensor to page", "ms", across));
   byId("numbers").replaceChildren(...NUMBERS.map(([name, title, unit, factor]) => number(state.joint[name], title, unit, factor)));
   byId("numbers").dataset.stamp = state.joint.stamp_ns ?? "";
   gauge(state.joint);
