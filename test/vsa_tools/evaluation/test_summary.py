@@ -106,6 +106,16 @@ def test_convergence_is_after_the_last_error_above_the_limit():
     assert converged_after(time, np.array([90.0, 100, 94, 104, 100]), true) == 3.0
     assert converged_after(time, np.array([100.0, 100, 100, 100, 106]), true) is None
     assert converged_after(time, np.array([np.nan, 100, 100, 100, 100]), true) == 1.0
+    assert converged_after(time, true, true) == 0.0
+    assert converged_after(time[:0], true[:0], true[:0]) is None
+
+
+def test_a_transient_of_a_step_ends_no_convergence():
+    time, estimate = np.arange(100) * 0.01, np.full(100, 100.0)
+    estimate[:20] = estimate[50:59] = 90.0
+    assert converged_after(time, estimate, np.full(100, 100.0)) == pytest.approx(0.2)
+    estimate[80:92] = 90.0
+    assert converged_after(time, estimate, np.full(100, 100.0)) == pytest.approx(0.92)
 
 
 def test_the_coverage_of_a_gaussian_error_is_the_nominal_one():

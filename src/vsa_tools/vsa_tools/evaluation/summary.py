@@ -17,6 +17,7 @@ Columns = Mapping[str, Floats]
 
 SCORED = 0.3  # evaluated fraction at the end of the run [1]: the estimates have converged by then
 CONVERGED = 0.05  # relative error of stiffness below which it counts as converged [1], the usual 5 % settling band
+TRANSIENT = 0.1  # longest excursion beyond that band that ends no convergence [s]: a step of the stiffness takes 0.2 s
 Z95 = 1.959964  # half width of the 95 % interval in standard deviations [1]
 
 
@@ -121,12 +122,14 @@ def joint_truth(truth: Columns, samples: tuple[Integers, Integers], geometry: Ge
 
 
 def converged_after(time: Floats, estimate: Floats, truth: Floats) -> float | None:
-    """Time [s] from which on the relative error stays below CONVERGED; None if it does not."""
-    outside = np.flatnonzero(~(np.abs(estimate - truth) <= CONVERGED * np.abs(truth)))
-    if not len(outside):
+    """Time [s] from which on the relative error exceeds CONVERGED for TRANSIENT at most; None if it does not."""
+    outside = np.concatenate([[False], ~(np.abs(estimate - truth) <= CONVERGED * np.abs(truth)), [False]])
+    begin, end = np.flatnonzero(np.diff(outside.astype(int))).reshape(-1, 2).T  # of the excursions
+    ends = np.append(time, np.inf)[end]
+    lasting = ends[ends - time[begin] > TRANSIENT]
+    if not len(lasting):
         return 0.0 if len(time) else None
-    after = int(outside[-1]) + 1
-    return float(time[after]) if after < len(time) else None
+    return float(lasting[-1]) if lasting[-1] < np.inf else None
 
 
 def nrmse(estimate: Floats, truth: Floats) -> float | None:
