@@ -25,6 +25,7 @@ from vsa_tools.report.joint_figures import figure_joint
 from vsa_tools.report.model_figures import elastic_law, figure_elastic_law, figure_laws, residual
 from vsa_tools.report.panels import force_rate
 from vsa_tools.report.tables import health_table, joint_table, table_1
+from vsa_tools.report.transmission_figures import figure_coefficients, figure_impedance
 from vsa_tools.report.truth import coefficients, read_truth
 
 SECONDS, RATE = 4.0, 200.0
@@ -176,6 +177,18 @@ def test_the_band_of_the_joint_stiffness_is_symmetric_in_the_logarithm(run):
     stiffness = joint.impedance["stiffness"]  # standard deviation 1 % of the value
     assert band.min() == pytest.approx(stiffness.min() * np.exp(-0.02), rel=2e-5)
     assert band.max() == pytest.approx(stiffness.max() * np.exp(0.02), rel=2e-5)
+
+
+def test_a_truth_far_from_the_estimate_is_within_the_axes(bag, run):
+    joint = run.joints[0]
+    truths = read_truth(bag.parent / "truth.csv", run)
+    for truth in truths.values():
+        truth.columns["inertia"], truth.coefficients["inertia"] = np.full(len(truth.time), 7.5), 7.5
+    side = joint.transmissions[0]
+    impedance = figure_impedance(side, truths[joint.name, side.name], "k", run.duration)
+    for mass in (impedance.axes[-1], figure_coefficients(joint, truths, run.duration).axes[-1]):
+        low, high = mass.get_ylim()
+        assert low < 0.3 and high > 7.5
 
 
 def test_health_counts_the_lost_frame_and_the_delay(run):

@@ -53,9 +53,9 @@ class Panel:
             x, row - 0.35, row + 0.35, where=flagged > 0.5, step="post", color=color, linewidth=0.0, label=label or None
         )
 
-    def fit(self, values: Any) -> None:
+    def fit(self, *values: Any) -> None:
         """Scale the y axis to these values alone."""
-        limits(self._axes, values)
+        limits(self._axes, *values)
 
     def legend(self) -> None:
         """Legend of the labelled lines."""

@@ -4,7 +4,7 @@
 from typing import Any
 
 import numpy as np
-from vsa_common.figures import MEASURED, SIDES, TRUTH
+from vsa_common.figures import MEASURED, SIDES, TRUTH, limits
 from vsa_tools.report.columns import Series
 from vsa_tools.report.data import Joint, Transmission
 from vsa_tools.report.panels import Panel, Plot, force_rate, interval, stacked
@@ -81,21 +81,26 @@ def _quantity(series: Series, name: str, label: str, scale: float, truth: Truth 
         value, std = scale * series[name], scale * series.std(name)
         panel.band(series.time, *interval(name, value, std), color)
         panel.line(series.time, value, color, "estimated" if truth else "")
+        shown = [value[series.valid(name)] if series.valid(name).any() else value]
         if truth is not None:
-            panel.line(truth.time, scale * truth.columns[name], TRUTH, "truth", style="--")
+            shown.append(scale * truth.columns[name])
+            panel.line(truth.time, shown[-1], TRUTH, "truth", style="--")
             panel.legend()
         panel.invalid(series.time, ~series.valid(name))
-        panel.fit(value[series.valid(name)] if series.valid(name).any() else value)
+        panel.fit(*shown)
 
     return draw
 
 
 def _with_level(plot: Plot, level: float) -> Plot:
-    """`plot` and a dashed horizontal line at `level`; no line for NaN."""
+    """`plot` and a dashed horizontal line at `level`, within the axes; no line for NaN."""
 
     def draw(axes: Any) -> None:
         plot(axes)
         if np.isfinite(level):
             axes.axhline(level, color=TRUTH, linestyle="--", linewidth=0.9)
+            low, high = axes.get_ylim()
+            if not low < level < high:
+                limits(axes, (low, high, level))
 
     return draw
