@@ -58,6 +58,13 @@ def test_half_of_a_step_is_within_one_change_between_samples():
     assert not OffsetHypothesis().is_discontinuous
 
 
+def test_a_motion_outgrows_the_noise_of_one_change():
+    """3 mm/s from rest at 100 Hz; encoder noise of 0.01 mm."""
+    offsets = [2e-5, 6e-5, 8e-5, 11e-5, 12e-5]
+    assert rejections(offsets[:3], moving(3), discontinuity=5e-5).is_discontinuous
+    assert not rejections(offsets, moving(5), discontinuity=5e-5).is_discontinuous
+
+
 def test_an_offset_repeats_the_rejected_ones_from_half_of_their_size_on():
     hypothesis = rejections([1e-3] * 3, moving(3))
     assert hypothesis.is_repeated(0.6e-3)

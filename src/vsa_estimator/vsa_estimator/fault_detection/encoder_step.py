@@ -65,8 +65,13 @@ class OffsetHypothesis:
 
     @property
     def is_discontinuous(self) -> bool:
-        """Whether the first offset is within one change between samples: a step; a motion is spread over several."""
-        return bool(self._rejected) and self._rejected[0].discontinuity > DISCONTINUITY_SHARE * abs(self.size)
+        """Whether one change between samples at the first rejection explains the last offset: a step, no motion.
+
+        A motion is spread over several changes, and its offset outgrows the noise of one.
+        """
+        if not self._rejected:
+            return False
+        return self._rejected[0].discontinuity > DISCONTINUITY_SHARE * abs(self._rejected[-1].offset)
 
     @property
     def size(self) -> float:
