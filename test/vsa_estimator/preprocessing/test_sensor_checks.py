@@ -67,6 +67,12 @@ def test_a_noisy_encoder_after_a_fast_motion_is_detected_within_25_samples(rate_
     assert 0.2 < t[noisy.argmax()] < 0.2 + 25 / rate_hz
 
 
+def test_a_sensor_is_noisy_from_several_times_the_configured_noise_on():
+    noise = np.random.default_rng(1).normal(0.0, STD, 400_000)  # 13 min at 500 Hz
+    assert max(noise_ratios(1.5 * noise)) == 1.0
+    assert max(noise_ratios(4.0 * noise[:1000])) > 1.0
+
+
 @pytest.mark.parametrize("beyond_peak_speed", [False, True])
 def test_noise_far_above_any_residual_vibration_is_detected(beyond_peak_speed):
     noise = np.random.default_rng(1).normal(0.0, 500.0 * STD, 400)

@@ -127,18 +127,18 @@ MAX_REPEAT_SHARE = _constant("MAX_REPEAT_SHARE", 0.999, "1", 0.9, 1.0,
 # Variance-ratio test
 VARIANCE_WINDOW = _constant("VARIANCE_WINDOW", 20.0, "samples", 5.0, 100.0,
     "Time constant of variance, slope and exceedance share", "ablation")  # fmt: skip
-VARIANCE_GATE = _constant("VARIANCE_GATE", 9.0, "1", 4.0, 25.0,
-    "Ratio to the configured variance at which a sample counts as an exceedance", "ablation")  # fmt: skip
-EXCEEDANCE_SHARE = _constant("EXCEEDANCE_SHARE", 0.35, "1", 0.1, 0.8,
-    "Share of exceedances from which on the sensor is noisy: single outliers are not noise", "ablation")  # fmt: skip
+VARIANCE_GATE = _constant("VARIANCE_GATE", 25.0, "1", 9.0, 64.0,
+    "Ratio to the configured variance at which a sample counts as an exceedance", "docs/decisions/0030-noise-test.md")  # fmt: skip
+EXCEEDANCE_SHARE = _constant("EXCEEDANCE_SHARE", 0.3, "1", 0.1, 0.8,
+    "Share of exceedances from which on the sensor is noisy: single outliers are not noise", "docs/decisions/0030-noise-test.md")  # fmt: skip
 VARIANCE_RATIO_CAP = _constant("VARIANCE_RATIO_CAP", 1e6, "1", 1e3, 1e9,
     "Bounds the contribution of one sample to the variance ratio", "derivation: decays to VARIANCE_GATE within 12 windows")  # fmt: skip
 SEVERE_NOISE_RATIO = _constant("SEVERE_NOISE_RATIO", 30.0, "1", 10.0, 100.0,
     "Ratio of standard deviations from which on the encoder is unusable", "ablation")  # fmt: skip
-VIBRATION_AMPLITUDE = _constant("VIBRATION_AMPLITUDE", 4.0, "steepest slopes", 1.0, 16.0,
-    "Bound of the residual vibration after a motion of high slew rate", "ablation")  # fmt: skip
+VIBRATION_AMPLITUDE = _constant("VIBRATION_AMPLITUDE", 2.4, "steepest slopes", 1.0, 8.0,
+    "Standard deviation of the residual vibration after a motion of high slew rate: the gate is five of it", "docs/decisions/0030-noise-test.md")  # fmt: skip
 UNDAMPED_SLEW = _constant("UNDAMPED_SLEW", 2.0, "high slew rates", 1.0, 8.0,
-    "Least slope that counts beyond v*, where the vibration does not decay with the slope: 1.4 N for the measured 1.3 N",
+    "Least slope that counts beyond v*, where the vibration does not decay with the slope: 0.8 N; the measured one has an amplitude of 1.3 N",
     "docs/decisions/0015-vibration.md, test_vibration_beyond_the_peak_speed_is_tolerated_and_below_it_is_noise")  # fmt: skip
 VIBRATION_END = _constant("VIBRATION_END", 0.25, "1", 0.05, 1.0,
     "Share of the high slew rate below which the residual vibration has decayed", "test_residual_vibration_after_a_motion_of_high_slew_rate_is_tolerated_until_it_has_decayed")  # fmt: skip
