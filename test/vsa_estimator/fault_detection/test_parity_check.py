@@ -159,6 +159,16 @@ def test_a_single_outlier_of_the_force_is_no_evidence_and_two_are():
     assert usable_forces(set_force([150, 151])).all()
 
 
+def test_forces_of_a_vibration_and_those_about_it_are_no_evidence():
+    """Beyond v* the rod vibrates faster than the damper's peak, which the encoder does not show."""
+
+    def change(force):
+        force[150:160] += 5.0 * (-1.0) ** np.arange(10)
+
+    usable = usable_forces(change)
+    assert np.flatnonzero(~usable).tolist() == list(range(144, 162))
+
+
 def test_the_first_force_of_a_stuck_sensor_is_no_evidence():
     def change(force):
         force[150], force[151:] = 0.0, np.nan  # repeated forces are excluded from updates
@@ -226,6 +236,19 @@ def test_a_damper_without_a_peak_counts_as_known_up_to_the_initial_peak_speed(kn
         if index == 0:
             parity.keep(Coefficients(mean, np.zeros((7, 7)), REFERENCE))
     assert parity.exceeds_threshold is evidence
+
+
+@pytest.mark.parametrize(("relative_std", "usable"), [(0.05, True), (0.2, False)])
+def test_a_damper_whose_peak_is_known_is_known_up_to_it(relative_std, usable):
+    """Motion at 0.7 v*, with an initial v* of half of that of the coefficients."""
+    t, speed = np.arange(100) / RATE, 0.7 * PEAK_SPEED
+    x, v = REFERENCE + speed * (t - 0.5), np.full(t.size, speed)
+    rows = np.array([t, x, model_force(x, v, np.zeros(t.size)), np.zeros(t.size)])
+    covariance = np.zeros((7, 7))
+    covariance[3, 3] = (relative_std * MEAN[3]) ** 2
+    law = Coefficients(MEAN, covariance, REFERENCE)
+    found, *_ = law.residuals(rows, 0.04, (*EVERYWHERE, 0.5 * PEAK_SPEED))
+    assert (found.size > 0) is usable
 
 
 def passing(parity, residual, begin, speed, seconds=2.0):

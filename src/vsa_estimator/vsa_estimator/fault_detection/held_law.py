@@ -13,16 +13,15 @@ from vsa_common.types import Array, Integers
 from vsa_estimator.fault_detection.isolation import Residuals, SensorShift
 from vsa_estimator.fault_detection.residual import (
     Coefficients,
-    Limits,
     differences,
     exclude_neighbours,
     half_baseline,
-    is_confirmed,
     mean_period,
     mean_residual,
 )
-from vsa_estimator.fault_detection.travel import EVERYWHERE, Travel
-from vsa_estimator.force_law.damper import peak_speed
+from vsa_estimator.fault_detection.row_buffer import is_confirmed, vibrates
+from vsa_estimator.fault_detection.travel import EVERYWHERE, Limits, Travel
+from vsa_estimator.force_law.damper import known_peak
 from vsa_estimator.general.basis import extrapolation
 from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.models import MODELS
@@ -173,7 +172,7 @@ def follow_rows(
     coefficients = member[0]["mean"]
     peak = np.inf
     if not member[0]["model"]["spline_damper"]:
-        peak = min(peak_speed(coefficients[D1], coefficients[D2]), peak_limit)
+        peak = known_peak(coefficients[D1], coefficients[D2], member[0]["covariance"][D2, D2], peak_limit)
     for i in range(count - half):
         if time[i + half] <= since:
             continue
@@ -192,6 +191,7 @@ def follow_rows(
         row["excluded"] |= row["error"] > MAX_DAMPER_ERROR
         row["excluded"] |= after_rejection[i : i + 2 * half + 1].any() or extrapolation(geometry, x) > 0.0
         row["usable"] = np.isfinite(row["residual"]) and span < 2.0 * baseline and is_confirmed(force, i + half)
+        row["excluded"] |= vibrates(force, i + half)
         since = time[i + half]
         written += 1
     return written

@@ -7,8 +7,9 @@ import numpy as np
 from vsa_common.accel import compiled
 from vsa_common.types import Array, Booleans
 from vsa_estimator.fault_detection.isolation import Residuals, SensorShift
-from vsa_estimator.fault_detection.travel import Travel
-from vsa_estimator.force_law.damper import clip_speed, peak_speed
+from vsa_estimator.fault_detection.row_buffer import is_confirmed, vibrates
+from vsa_estimator.fault_detection.travel import Limits, Travel, known_limits
+from vsa_estimator.force_law.damper import clip_speed
 from vsa_estimator.force_law.elastic import elastic_force, elastic_gradient, stiffness
 from vsa_estimator.force_law.friction import smoothed_sign
 from vsa_estimator.force_law.state import C_D0, C_D1, C_D2, C_F0, C_K2, C_M, C_S, COEFFICIENTS
@@ -25,8 +26,6 @@ from vsa_estimator.tuning.fault_detection import (
 from vsa_estimator.tuning.force_law import COULOMB_SPEED
 
 DECISION_WINDOW = 1  # index in WINDOWS of the one that ends a fault
-
-Limits = tuple[float, float, float]  # two of the deflection [m] and one of the speed [m/s]
 
 
 class Coefficients(NamedTuple):
@@ -62,7 +61,7 @@ class Coefficients(NamedTuple):
 
     def residuals(self, rows: Array, baseline: float, limits: Limits) -> Residuals:
         """`residuals` of rows."""
-        return residuals(rows, self.mean, self.reference, baseline, limits)
+        return residuals(rows, self.mean, self.reference, baseline, known_limits(self.mean, self.covariance, limits))
 
     def evaluate(self, rows: Array, baseline: float, limits: Limits, windows: Array) -> None:
         """`evaluate_windows` of rows."""
@@ -91,50 +90,34 @@ def residuals(rows: Array, mean: Array, reference: float, baseline: float, limit
 
     Velocities are differences over `baseline` [s]; rows beyond the `limits` are not usable.
     `mean` is [s k2 d1 d2 M F0 d0] with s at `reference` [m]. Returns time (m,), residual [N] (m,), stiffness of eq. (3)
-    (m,), whether the rod moves (m,), the motion x, v, a (3, m), and the times of all finite residuals. The damper holds
-    its greatest force beyond v*.
+    (m,), whether the rod moves (m,), the motion x, v, a (3, m), and the times of all finite residuals.
     """
     time, deflection, force, after_rejection = rows
     baseline = max(baseline, 2.0 * mean_period(time))
     half = half_baseline(time, baseline)
     count = max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
-    peak = min(peak_speed(d1, d2), limits[2])
     motion, residual, sigma = np.empty((3, count)), np.empty(count), np.empty(count)
     usable, excluded, moving = np.empty(count, np.bool_), np.empty(count, np.bool_), np.empty(count, np.bool_)
     for i in range(count):
         x, v, a, least_a, span = differences(time, deflection, i, half, count)
         sigma[i] = stiffness(s, k2, x - reference)
-        c = clip_speed(v, peak)
+        c = clip_speed(v, limits[2])
         friction = coulomb * smoothed_sign(v, COULOMB_SPEED)
         residual[i] = force[i + half] - (
             elastic_force(sigma[i], k2) + d1 * c + d2 * c**3 + mass * a + offset + friction
         )
         speed_error = 0.25 * baseline * least_a
-        excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak or speed_error * d1 > MAX_DAMPER_ERROR
+        excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * limits[2] or speed_error * d1 > MAX_DAMPER_ERROR
         excluded[i] |= after_rejection[i : i + 2 * half + 1].any() or not limits[0] < x < limits[1]
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline and is_confirmed(force, i + half)
+        excluded[i] |= vibrates(force, i + half)
         moving[i] = abs(v) > MOVING_SPEED
         motion[0, i], motion[1, i], motion[2, i] = x, v, a
     time = time[half : half + count]
     finite = time[usable]
     exclude_neighbours(usable, excluded, 2 * half)
     return time[usable], residual[usable], sigma[usable], moving[usable], motion[:, usable], finite
-
-
-@compiled
-def is_confirmed(force: Array, i: int) -> bool:
-    """Whether force i is no single outlier: within MAX_DAMPER_ERROR [N] of the range of the forces before and after.
-
-    NaN is no force. One without a force before and after is not confirmed.
-    """
-    before, after = i - 1, i + 1
-    while before > 0 and np.isnan(force[before]):
-        before -= 1
-    while after < force.size - 1 and np.isnan(force[after]):
-        after += 1
-    low, high = np.fmin(force[before], force[after]), np.fmax(force[before], force[after])
-    return bool(low - MAX_DAMPER_ERROR < force[i] < high + MAX_DAMPER_ERROR)
 
 
 @compiled
@@ -234,6 +217,7 @@ def evaluate_windows(
     Mean [N], `model_force_std` [N], stiction of eq. (6) that is hidden in it at most [N], and share of rows in motion.
     A window has at least MIN_ROWS rows. Where too few of them are usable the mean is NaN, and the others stay.
     """
+    limits = known_limits(mean, covariance, limits)
     time, residual, _, moving, motion, finite = residuals(rows, mean, reference, baseline, limits)
     period = mean_period(rows[0])
     half = half_baseline(rows[0], max(baseline, 2.0 * period))

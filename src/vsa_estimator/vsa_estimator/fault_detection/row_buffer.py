@@ -1,8 +1,10 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""The recent filter steps, for the parity residuals."""
+"""The recent filter steps, for the parity residuals, and which of their forces are outliers or a vibration."""
 
 import numpy as np
+from vsa_common.accel import compiled
 from vsa_common.types import Array
+from vsa_estimator.tuning.fault_detection import MAX_DAMPER_ERROR
 
 
 class RowBuffer:
@@ -41,3 +43,32 @@ class RowBuffer:
     def clear(self) -> None:
         """Drop all steps."""
         self._begin = self._end = 0
+
+
+@compiled
+def is_confirmed(force: Array, i: int) -> bool:
+    """Whether force i is no single outlier: within MAX_DAMPER_ERROR [N] of the range of the forces before and after.
+
+    NaN is no force. One without a force before and after is not confirmed.
+    """
+    before, after = i - 1, i + 1
+    while before > 0 and np.isnan(force[before]):
+        before -= 1
+    while after < force.size - 1 and np.isnan(force[after]):
+        after += 1
+    low, high = np.fmin(force[before], force[after]), np.fmax(force[before], force[after])
+    return bool(low - MAX_DAMPER_ERROR < force[i] < high + MAX_DAMPER_ERROR)
+
+
+@compiled
+def vibrates(force: Array, i: int) -> bool:
+    """Whether force i and one beside it are unconfirmed: the rod vibrates with its tendon.
+
+    It does beyond v*, where nothing damps it: faster than v* within some micrometres, which the encoder does not show.
+    """
+    if np.isnan(force[i]) or is_confirmed(force, i):
+        return False
+    vibrating = False
+    for k in (i - 1, i + 1):
+        vibrating |= 0 < k < force.size - 1 and not np.isnan(force[k]) and not is_confirmed(force, k)
+    return vibrating

@@ -1,12 +1,23 @@
 # Copyright 2026 the VSA authors. SPDX-License-Identifier: Apache-2.0
-"""Travel in which an elastic law is known."""
+"""Travel in which an elastic law is known, and the speed up to which a cubic damper is."""
 
 import math
 from collections.abc import Iterable
 
+from vsa_common.accel import compiled
+from vsa_common.types import Array
+from vsa_estimator.force_law.damper import known_peak
+from vsa_estimator.force_law.state import C_D1, C_D2
 from vsa_estimator.tuning.fault_detection import EXTRAPOLATION_MARGIN
 
 EVERYWHERE = -math.inf, math.inf  # limits of the deflection [m]
+Limits = tuple[float, float, float]  # two of the deflection [m] and one of the speed [m/s]
+
+
+@compiled
+def known_limits(mean: Array, covariance: Array, limits: Limits) -> Limits:
+    """`limits` with the speed up to which the damper of the coefficients (7,), (7, 7) is known."""
+    return limits[0], limits[1], known_peak(mean[C_D1], mean[C_D2], covariance[C_D2, C_D2], limits[2])
 
 
 class Travel:

@@ -15,6 +15,10 @@ UNBOUNDED_SPEED = _constant(
     "UNBOUNDED_SPEED", 1.0, "m/s", 0.1, 10.0,
     "upper limit of the peak speed v*, which is infinite for a damper without a cubic term", "above every speed of a transmission",
 )  # fmt: skip
+MAX_CUBIC_STD = _constant(
+    "MAX_CUBIC_STD", 0.1, "1", 0.02, 0.5,
+    "standard deviation of d2, relative, up to which v* is known", "derivation: 5 % of v*; three of them are within 1 - PEAK_SPEED_MARGIN",
+)  # fmt: skip
 MAX_RELATIVE_SPEED_STD = _constant(
     "MAX_RELATIVE_SPEED_STD", 0.2, "1", 0.05, 1.0,
     "speed standard deviation relative to v* above which the damper is not linearised statistically", "ablation",
