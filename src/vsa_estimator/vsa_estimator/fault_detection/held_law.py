@@ -191,7 +191,7 @@ def follow_rows(
         row["excluded"] |= row["error"] > MAX_DAMPER_ERROR
         row["excluded"] |= after_rejection[i : i + 2 * half + 1].any() or extrapolation(geometry, x) > 0.0
         row["usable"] = np.isfinite(row["residual"]) and span < 2.0 * baseline and is_confirmed(force, i + half)
-        row["excluded"] |= vibrates(force, i + half)
+        row["excluded"] |= vibrates(force, i + half, 2 * half)
         since = time[i + half]
         written += 1
     return written

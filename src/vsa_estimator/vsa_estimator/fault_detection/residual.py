@@ -111,7 +111,7 @@ def residuals(rows: Array, mean: Array, reference: float, baseline: float, limit
         excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * limits[2] or speed_error * d1 > MAX_DAMPER_ERROR
         excluded[i] |= after_rejection[i : i + 2 * half + 1].any() or not limits[0] < x < limits[1]
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline and is_confirmed(force, i + half)
-        excluded[i] |= vibrates(force, i + half)
+        excluded[i] |= vibrates(force, i + half, 2 * half)
         moving[i] = abs(v) > MOVING_SPEED
         motion[0, i], motion[1, i], motion[2, i] = x, v, a
     time = time[half : half + count]

@@ -61,14 +61,14 @@ def is_confirmed(force: Array, i: int) -> bool:
 
 
 @compiled
-def vibrates(force: Array, i: int) -> bool:
-    """Whether force i and one beside it are unconfirmed: the rod vibrates with its tendon.
+def vibrates(force: Array, i: int, width: int) -> bool:
+    """Whether force i and another one within `width` rows of it are unconfirmed: the rod vibrates with its tendon.
 
     It does beyond v*, where nothing damps it: faster than v* within some micrometres, which the encoder does not show.
     """
     if np.isnan(force[i]) or is_confirmed(force, i):
         return False
     vibrating = False
-    for k in (i - 1, i + 1):
-        vibrating |= 0 < k < force.size - 1 and not np.isnan(force[k]) and not is_confirmed(force, k)
+    for k in range(max(1, i - width), min(force.size - 1, i + width + 1)):
+        vibrating |= k != i and not np.isnan(force[k]) and not is_confirmed(force, k)
     return vibrating
