@@ -20,6 +20,7 @@ class Status(IntEnum):
     DEGRADED = 3
     STALE = 4
     FAULT = 5
+    MODEL_INADEQUATE = 6
 
 
 class ResetReason(IntEnum):

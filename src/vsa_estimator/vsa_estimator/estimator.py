@@ -160,7 +160,7 @@ class Estimator:
         faults = self._latch.active_faults(self._stamp_ns)
         state = state_of(supervisor.tracker, self._estimate, Diagnostics(
             stamp_ns=self._stamp_ns, mode=supervisor.modes.mode,
-            faults=tuple(text for text in (*faults, supervisor.modes.reason) if text),
+            faults=tuple(text for text in (*faults, supervisor.modes.reason, supervisor.adequacy.describe()) if text),
             reset_count=supervisor.counters.resets,
             reset_reason=supervisor.counters.reset_reason,
             sensor_fault=self._stamp_ns < self._latch.sensor_fault_until_ns,
@@ -233,8 +233,8 @@ class Estimator:
         self._constants = *supervisor.counters.last_reset, *published_coefficients(tracker, laws)
         self._snapshot["published"][0] = (
             not supervisor.has_deferred_work, tracker.reference, supervisor.noise.jerk.density,
-            supervisor.noise.deflection.std**2, supervisor.modes.suspended, supervisor.modes.initialized,
-            supervisor.inertia_observable, supervisor.step_ns, self._latch.until_ns, self._latch.sensor_fault_until_ns,
+            supervisor.noise.deflection.std**2, *supervisor.conditions,
+            supervisor.step_ns, self._latch.until_ns, self._latch.sensor_fault_until_ns,
             laws.publishes_bank, laws.published_impedance[0], *laws.discrepancies, *self._constants,
         )  # fmt: skip
 

@@ -15,17 +15,20 @@ from vsa_estimator.fault_detection.held_law import HeldLaw
 from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
 from vsa_estimator.fault_detection.latch import Counters, FaultLatch
 from vsa_estimator.fault_detection.position import PositionMonitor
-from vsa_estimator.fault_detection.residual import Coefficients
+from vsa_estimator.fault_detection.residual import DECISION_WINDOW, Coefficients
 from vsa_estimator.filter.adaptation import NoiseAdaptation
 from vsa_estimator.filter.tracker import Tracker
 from vsa_estimator.force_law.damper import peak_speed
+from vsa_estimator.general.models import peak_speed_of
 from vsa_estimator.initialization.hand_over import HandOver
 from vsa_estimator.initialization.previous_run import start_from
 from vsa_estimator.law_choice import LawChoice
 from vsa_estimator.modes import Event, ModeMachine
+from vsa_estimator.output.adequacy import Adequacy
 from vsa_estimator.preprocessing.decimator import Decimated
 from vsa_estimator.preprocessing.pipeline import Pipeline
 from vsa_estimator.settings import EstimatorConfig
+from vsa_estimator.tuning.fault_detection import WINDOWS
 from vsa_estimator.tuning.supervisor import COUNTED_GAP, MOTION_HOLD_TIME
 
 POSITION_UNCERTAIN = "consistency check: motion of the rod or encoder step"
@@ -50,6 +53,7 @@ class FilterParts:
         speed = peak_speed(self._config.initial.d1, self._config.initial.d2)
         self.consistency = ConsistencyMonitor(rate, speed, self._coefficients)
         self.bank_consistency = ConsistencyMonitor(rate, speed, self.laws.held)
+        self.adequacy = Adequacy(self._config.initial.k2, peak_speed_of(self._config.initial))
         self.modes = ModeMachine()
         self.encoder_fault = False  # of the last sample
         self._rejected = False  # whether the last deflection was
@@ -58,12 +62,18 @@ class FilterParts:
         self._position = PositionMonitor()
         self._samples_per_step = 1
         self._force = 0.0  # the newest one [N]
-        self._epoch_ns = self._moved_ns = self._refreshed_ns = 0
+        self._epoch_ns = self._moved_ns = self._refreshed_ns = self._assessed_ns = 0
 
     def _coefficients(self) -> Coefficients:
         """Copies of the filter's coefficients."""
         tracker = self.tracker
         return Coefficients(tracker.z[3:].copy(), tracker.p[3:, 3:].copy(), tracker.reference)
+
+    @property
+    def conditions(self) -> tuple[bool, bool, bool, bool]:
+        """Whether updates are suspended, filter initialized, model inadequate, inertia observable."""
+        modes = self.modes
+        return modes.suspended, modes.initialized, self.adequacy.is_inadequate, self.inertia_observable
 
     @property
     def _monitor(self) -> ConsistencyMonitor:
@@ -72,9 +82,25 @@ class FilterParts:
 
     @property
     def _bank_decides(self) -> bool:
-        """Whether the evidence was against the filter's law at the bank's checkpoint: a later fault is none."""
+        """Whether the evidence was against the filter's law at the bank's checkpoint: a later fault is none.
+
+        A law that explains slow faults decides on a fast one only.
+        """
         law = self.bank_consistency.checkpoint
-        return isinstance(law, HeldLaw) and law.refutes_exponential and self.bank_consistency.is_established
+        if not (isinstance(law, HeldLaw) and law.laws.prefers_another_law and self.bank_consistency.is_established):
+            return False
+        return self.consistency.is_fast or not law.explains_slow_faults
+
+    def _assess_adequacy(self) -> None:
+        """Add the parity residuals of the published law to its adequacy, each decision window once."""
+        if self.modes.suspended or self.step_ns - self._assessed_ns < WINDOWS[DECISION_WINDOW] * 1e9:
+            return
+        self._assessed_ns = self.step_ns
+        by_bank = self.laws.publishes_bank or not self.modes.initialized
+        fit = (self.bank_consistency if by_bank else self.consistency).fit
+        if fit is not None:
+            usual, (_, residual, _, _, (deflection, velocity, _), _) = fit
+            self.adequacy.add(usual, residual, deflection, velocity)
 
     def reconfigure(self, config: EstimatorConfig) -> None:
         """Apply the noise levels of another configuration; state and mode stay."""
@@ -129,6 +155,7 @@ class FilterParts:
         self.modes.handle(Event.REJECTED)
         self.consistency.reset()
         self.bank_consistency.reset()
+        self.adequacy.restart()
         self.hand_over.restart()
         self.tracker.reset_coefficients(force)
         self.laws.reject()

@@ -54,6 +54,7 @@ class Supervisor(FilterParts):
         self._step_laws(block, deflection_variance)
         self._pipeline.set_beyond_peak_speed(self._is_beyond_peak_speed)
         self._check_consistency(block, deflection_variance, conditions)
+        self._assess_adequacy()
         if self.modes.general:
             self._step_general(block)
             return

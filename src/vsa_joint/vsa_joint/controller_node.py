@@ -13,6 +13,7 @@ from sensor_msgs.msg import JointState
 from vsa_common.ros.node import ERROR, OK, RELIABLE, STEADY, WARN, SuiteNode, Tasks
 from vsa_common.ros.process import run
 from vsa_common.stamps import StampMessage, nanoseconds
+from vsa_common.types import Status
 from vsa_joint.control.clock_offset import ClockOffset
 from vsa_joint.control.identified_spring import identified_spring
 from vsa_joint.control.mode import Mode
@@ -23,7 +24,6 @@ from vsa_msgs.msg import EstimatorState, JointImpedance, StiffnessCommand
 
 _T = TypeVar("_T")
 CONTROL = "control"  # task of the diagnostics
-STATUS_MAX = 5  # highest status of JointImpedance
 REPEAT_NS = 1_000_000_000  # [ns] between two statuses of an unchanged mode that waits
 _LEVEL = {Mode.IDLE: OK, Mode.ACTIVE: OK, Mode.HOLDING: ERROR, Mode.FEED_FORWARD: WARN, Mode.EXCITING: WARN}
 
@@ -210,7 +210,7 @@ def _joint_measurement(message: JointImpedance) -> JointMeasurement:
         damping_valid=message.damping_valid,
         tension=(message.tension[0], message.tension[1]),
         force_valid=message.force_valid,
-        status=min(message.status, STATUS_MAX),
+        status=min(message.status, max(Status)),
         reason=message.reason,
     )
 

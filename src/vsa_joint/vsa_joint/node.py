@@ -216,7 +216,7 @@ def transmission_estimate(stamp_ns: int, fields: Sequence[float]) -> Transmissio
         stiffness_valid=stiffness_valid,
         damping_valid=damping_valid,
         inertia_valid=inertia_valid,
-        status=min(_STATUS(fields), Status.FAULT),
+        status=min(_STATUS(fields), max(Status)),
         reset_count=reset_count,
         reset_reason=reset_reason,
     )

@@ -76,3 +76,9 @@ def test_the_force_supports_the_expected_position_unless_it_has_changed_by_half_
     assert rejections([1e-3] * 3, moving(3), residual=0.4).supported_by_force(1.0)
     assert not rejections([1e-3] * 3, moving(3), residual=0.6).supported_by_force(1.0)
     assert rejections([1e-3] * 3, moving(3), residual=math.nan).supported_by_force(1.0)
+
+
+def test_a_change_of_the_force_against_that_of_a_motion_supports_the_expected_position():
+    """As a predicted velocity that is too high gives."""
+    assert rejections([1e-3] * 3, moving(3), residual=-0.6).supported_by_force(1.0)
+    assert not rejections([-1e-3] * 3, moving(3), residual=-0.6).supported_by_force(-1.0)

@@ -89,7 +89,7 @@ def test_a_law_that_is_shifted_as_the_sensor_is_consistent(identified, force, de
 def test_an_isolated_force_offset_has_the_size_of_the_shift(identified):
     laws, recording, _ = identified
     parity = checked(HeldLaw(laws.copied()), recording, force=2.0)
-    assert parity.exceeds_threshold
+    assert parity.exceeded
     assert parity.isolate_fault().force == pytest.approx(2.0, abs=0.05)
 
 
@@ -115,12 +115,23 @@ def test_a_law_with_a_false_form_is_exchanged_for_one_that_explains_the_steps(id
     laws.bank._probabilities[exponential] = 10.0
     laws.bank._members["mean"][exponential, 38:] *= 1.1  # stiffness of the wrong law
     parity = checked(HeldLaw(laws), recording)
-    assert parity.exceeds_threshold
+    assert parity.exceeded
     assert parity.choose_law()
     assert parity.is_consistent
     parity = checked(HeldLaw(laws), recording, force=5.0)
     assert not parity.choose_law()
-    assert parity.exceeds_threshold
+    assert parity.exceeded
+
+
+def test_a_level_with_a_rate_and_relaxation_explain_slow_faults(identified):
+    laws = identified[0].copied()
+    laws.bank._members["ln_likelihood"] = -100.0  # refuted, so that the most probable one is alone
+    slow = []
+    for index, model in enumerate(MODELS[1:], 1):
+        laws.bank._probabilities[:] = 0.0
+        laws.bank._probabilities[index] = 1.0
+        slow += [model.name] if HeldLaw(laws).explains_slow_faults else []
+    assert slow == ["wandering level", "relaxation"]
 
 
 def test_a_widened_law_is_less_certain_of_its_force(identified):

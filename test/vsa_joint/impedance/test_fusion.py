@@ -101,6 +101,14 @@ def test_an_unusable_transmission_invalidates_the_joint_with_its_name_and_status
     assert (estimate.status, estimate.reason) == (status, f"transmission_2 {status.name}")
 
 
+def test_an_inadequate_model_leaves_the_joint_valid_and_is_named():
+    core = fusion()
+    feed(core, 0, 0)
+    estimate = feed(core, 1, 0, status=Status.MODEL_INADEQUATE)
+    assert estimate.stiffness_valid
+    assert (estimate.status, estimate.reason) == (Status.MODEL_INADEQUATE, "transmission_2 MODEL_INADEQUATE")
+
+
 def test_each_quantity_has_its_own_validity():
     core = fusion()
     feed(core, 0, 0, inertia_valid=False)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from vsa_common.types import ResetReason
 from vsa_estimator.fault_detection.held_law import Law
-from vsa_estimator.fault_detection.isolation import NO_SHIFT, SensorShift
+from vsa_estimator.fault_detection.isolation import NO_SHIFT, Residuals, SensorShift
 from vsa_estimator.fault_detection.parity_check import ParityCheck
 from vsa_estimator.modes import Event, ModeMachine
 from vsa_estimator.preprocessing.decimator import Decimated
@@ -90,6 +90,16 @@ class ConsistencyMonitor:
         return sensitive and parity.is_consistent
 
     @property
+    def fit(self) -> tuple[float, Residuals] | None:
+        """Usual mean residual [N] and the residuals of the decision window; None without evidence."""
+        return None if self._parity.checkpoint is None or self._parity.no_evidence else self._parity.fit
+
+    @property
+    def is_fast(self) -> bool:
+        """Whether the inconsistency shows in the shortest window alone: it is none of a slow fault."""
+        return self._parity.exceeded == [0]
+
+    @property
     def checkpoint(self) -> Law | None:
         """Law that the sensors are compared with."""
         return self._parity.checkpoint
@@ -144,7 +154,7 @@ class ConsistencyMonitor:
             if self._parity.is_consistent:
                 self._parity.extend_travel()
             self._parity.replace(self._present())
-        elif self._parity.exceeds_threshold and not self._parity.is_insensitive:
+        elif self._parity.exceeded and not self._parity.is_insensitive:
             if self._parity.choose_law():
                 return NOMINAL
             decision = self.suspend(modes)

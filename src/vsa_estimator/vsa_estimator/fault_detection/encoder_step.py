@@ -86,10 +86,10 @@ class OffsetHypothesis:
     def supported_by_force(self, elastic_force: float) -> bool:
         """Whether the force agrees with the predicted position; a motion would change it by `elastic_force` [N].
 
-        An absent force is no evidence against the hypothesis.
+        The more likely of both by the change of the force. An absent force is no evidence against the hypothesis.
         """
         residuals = [one.force_residual for one in self._representative if not math.isnan(one.force_residual)]
-        return not residuals or abs(residuals[0] / elastic_force) < FORCE_SUPPORT_SHARE
+        return not residuals or residuals[0] / elastic_force < FORCE_SUPPORT_SHARE
 
     @property
     def _representative(self) -> list[Rejection]:

@@ -21,7 +21,7 @@ from vsa_estimator.fault_detection.residual import (
 )
 from vsa_estimator.fault_detection.row_buffer import is_confirmed, vibrates
 from vsa_estimator.fault_detection.travel import EVERYWHERE, Limits, Travel
-from vsa_estimator.force_law.damper import known_peak
+from vsa_estimator.force_law.damper import known_speed
 from vsa_estimator.general.basis import extrapolation
 from vsa_estimator.general.law import LAW, general_force
 from vsa_estimator.general.models import MODELS
@@ -33,7 +33,6 @@ from vsa_estimator.tuning.fault_detection import (
     MEAN_SPEED_ERROR,
     MIN_ROWS,
     MOVING_SPEED,
-    PEAK_SPEED_MARGIN,
     STICTION_RATIO,
     WINDOWS,
 )
@@ -65,14 +64,10 @@ class HeldLaw:
         return (HeldLaw(self.laws, choice) for choice in range(len(self._plausible)) if choice != self._choice)
 
     @property
-    def refutes_exponential(self) -> bool:
-        """Whether the evidence was against the exponential law, by one without drift and relaxation.
-
-        These explain a slow fault, too.
-        """
+    def explains_slow_faults(self) -> bool:
+        """Whether the law has a level with a rate, or relaxation: both explain a slow fault, too."""
         model = MODELS[self._plausible[self._choice]]
-        fixed = model.level_density == MODELS[0].level_density and not model.relaxation
-        return fixed and self.laws.prefers_another_law
+        return model.rate_density > 0.0 or model.relaxation
 
     @property
     def reference(self) -> float:
@@ -170,9 +165,9 @@ def follow_rows(
     half = half_baseline(time, baseline)
     count, written, law = time.size - 2 * half, 0, np.empty(1, LAW)
     coefficients = member[0]["mean"]
-    peak = np.inf
+    speed_limit = np.inf
     if not member[0]["model"]["spline_damper"]:
-        peak = known_peak(coefficients[D1], coefficients[D2], member[0]["covariance"][D2, D2], peak_limit)
+        speed_limit = known_speed(coefficients[D1], coefficients[D2], member[0]["covariance"][D2, D2], peak_limit)
     for i in range(count - half):
         if time[i + half] <= since:
             continue
@@ -186,7 +181,7 @@ def follow_rows(
         if member[0]["model"]["encoder"]:
             row["gradient"][B] = law[0]["stiffness"]
         speed_error = 0.25 * baseline * least_a
-        row["excluded"] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * peak
+        row["excluded"] = abs(v) + speed_error >= speed_limit
         row["error"] = speed_error * abs(law[0]["damper_slope"])
         row["excluded"] |= row["error"] > MAX_DAMPER_ERROR
         row["excluded"] |= after_rejection[i : i + 2 * half + 1].any() or extrapolation(geometry, x) > 0.0

@@ -117,6 +117,11 @@ class ParityCheck:
         return self._scale.std(DECISION_WINDOW) > MAX_SCALE
 
     @property
+    def fit(self) -> tuple[float, Residuals]:
+        """Usual mean residual [N], and the residuals, of the decision window."""
+        return self._scale.std(DECISION_WINDOW), self._residuals(self._recent)
+
+    @property
     def extrapolates(self) -> bool:
         """Whether the position is beyond the travel: there the covariance does not contain the error of the law."""
         low, high = self._checkpoints[0].travel(self._travel)
@@ -125,7 +130,7 @@ class ParityCheck:
     @property
     def no_evidence(self) -> bool:
         """Whether the motion allows no residual in the decision window."""
-        return math.isnan(self._mean)
+        return math.isnan(self._windows[0, DECISION_WINDOW])
 
     @property
     def moves(self) -> bool:
@@ -133,9 +138,9 @@ class ParityCheck:
         return bool(np.ptp(self._recent[1]) > MOVING_SPEED * WINDOWS[DECISION_WINDOW])
 
     @property
-    def exceeds_threshold(self) -> bool:
-        """Whether the mean residual of any window exceeds its threshold."""
-        return any(self._normalized(index) > 1.0 for index in range(len(WINDOWS)))
+    def exceeded(self) -> list[int]:
+        """Indices in WINDOWS of those whose mean residual exceeds its threshold."""
+        return [index for index in range(len(WINDOWS)) if self._normalized(index) > 1.0]
 
     def choose_law(self) -> bool:
         """Choose another law of the checkpoint that explains the recent steps, in all windows; whether there is one."""
@@ -143,7 +148,7 @@ class ParityCheck:
         for law in self._checkpoints[0].others():
             law.follow(self._rows.view, self._baseline, self._peak_speed)
             self._evaluate(law, EVERYWHERE)
-            if not self.exceeds_threshold and not np.isnan(self._windows[0, ~np.isnan(before[0])]).any():
+            if not self.exceeded and not np.isnan(self._windows[0, ~np.isnan(before[0])]).any():
                 self._checkpoints[0] = law
                 return True
         self._windows = before
@@ -170,8 +175,9 @@ class ParityCheck:
 
     def measure_fault(self) -> None:
         """Take the size of the present fault, and where its residual becomes small, from the mean residuals."""
-        normalized, rejected = self._normalized(DECISION_WINDOW), bool(self._rows.view[3].any())
-        self._fault.add(self._mean, float(self._recent[1].mean()), normalized, self._stiffness, rejected)
+        mean, normalized = float(self._windows[0, DECISION_WINDOW]), self._normalized(DECISION_WINDOW)
+        rejected = bool(self._rows.view[3].any())
+        self._fault.add(mean, float(self._recent[1].mean()), normalized, self._stiffness, rejected)
 
     def fault_would_show(self, of_encoder: bool = True) -> bool:
         """Whether a shift of the force sensor, and `of_encoder` also of the encoder, of the fault's size would show.
@@ -189,11 +195,6 @@ class ParityCheck:
         limit = CONSISTENT_SHARE * self._threshold(DECISION_WINDOW)
         slope = self._fault.hidden_slope(self._stiffness, motion[0], values, limit)
         return slope / self._checkpoints[0].stiffness(self._fault.deflection) if slope else 0.0
-
-    @property
-    def _mean(self) -> float:
-        """Mean residual of the decision window [N]."""
-        return float(self._windows[0, DECISION_WINDOW])
 
     @property
     def _recent(self) -> Array:

@@ -9,7 +9,7 @@ from vsa_common.types import Array, Booleans
 from vsa_estimator.fault_detection.isolation import Residuals, SensorShift
 from vsa_estimator.fault_detection.row_buffer import is_confirmed, vibrates
 from vsa_estimator.fault_detection.travel import Limits, Travel, known_limits
-from vsa_estimator.force_law.damper import clip_speed
+from vsa_estimator.force_law.damper import clip_speed, peak_speed
 from vsa_estimator.force_law.elastic import elastic_force, elastic_gradient, stiffness
 from vsa_estimator.force_law.friction import smoothed_sign
 from vsa_estimator.force_law.state import C_D0, C_D1, C_D2, C_F0, C_K2, C_M, C_S, COEFFICIENTS
@@ -19,7 +19,6 @@ from vsa_estimator.tuning.fault_detection import (
     MIN_COVERAGE,
     MIN_ROWS,
     MOVING_SPEED,
-    PEAK_SPEED_MARGIN,
     STICTION_RATIO,
     WINDOWS,
 )
@@ -97,18 +96,19 @@ def residuals(rows: Array, mean: Array, reference: float, baseline: float, limit
     half = half_baseline(time, baseline)
     count = max(0, time.size - 2 * half)
     s, k2, d1, d2, mass, offset, coulomb = mean
+    peak = peak_speed(d1, d2)
     motion, residual, sigma = np.empty((3, count)), np.empty(count), np.empty(count)
     usable, excluded, moving = np.empty(count, np.bool_), np.empty(count, np.bool_), np.empty(count, np.bool_)
     for i in range(count):
         x, v, a, least_a, span = differences(time, deflection, i, half, count)
         sigma[i] = stiffness(s, k2, x - reference)
-        c = clip_speed(v, limits[2])
+        c = clip_speed(v, peak)
         friction = coulomb * smoothed_sign(v, COULOMB_SPEED)
         residual[i] = force[i + half] - (
             elastic_force(sigma[i], k2) + d1 * c + d2 * c**3 + mass * a + offset + friction
         )
         speed_error = 0.25 * baseline * least_a
-        excluded[i] = abs(v) + speed_error >= PEAK_SPEED_MARGIN * limits[2] or speed_error * d1 > MAX_DAMPER_ERROR
+        excluded[i] = abs(v) + speed_error >= limits[2] or speed_error * d1 > MAX_DAMPER_ERROR
         excluded[i] |= after_rejection[i : i + 2 * half + 1].any() or not limits[0] < x < limits[1]
         usable[i] = np.isfinite(residual[i]) and span < 2.0 * baseline and is_confirmed(force, i + half)
         excluded[i] |= vibrates(force, i + half, 2 * half)
@@ -193,14 +193,15 @@ def mean_residual(
 def model_force_std(mean: Array, covariance: Array, reference: float, motion: Array, first: int) -> float:
     """Standard deviation [N] of the mean model force from row `first` on by the coefficients' covariance (7, 7)."""
     s, k2, gradient = mean[C_S], mean[C_K2], np.zeros(COEFFICIENTS)
+    peak = peak_speed(mean[C_D1], mean[C_D2])
     for i in range(first, motion.shape[1]):
         x, v, a = motion[:, i]
-        dx = x - reference
+        dx, c = x - reference, clip_speed(v, peak)
         _, by_s, by_k2 = elastic_gradient(stiffness(s, k2, dx), k2, dx)
         gradient[C_S] += by_s
         gradient[C_K2] += by_k2
-        gradient[C_D1] += v
-        gradient[C_D2] += v**3
+        gradient[C_D1] += c
+        gradient[C_D2] += c**3
         gradient[C_M] += a
         gradient[C_F0] += 1.0
         gradient[C_D0] += smoothed_sign(v, COULOMB_SPEED)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from vsa_common.accel import compiled
 from vsa_common.types import Array
-from vsa_estimator.force_law.damper import known_peak
+from vsa_estimator.force_law.damper import known_speed
 from vsa_estimator.force_law.state import C_D1, C_D2
 from vsa_estimator.tuning.fault_detection import EXTRAPOLATION_MARGIN
 
@@ -17,7 +17,7 @@ Limits = tuple[float, float, float]  # two of the deflection [m] and one of the 
 @compiled
 def known_limits(mean: Array, covariance: Array, limits: Limits) -> Limits:
     """`limits` with the speed up to which the damper of the coefficients (7,), (7, 7) is known."""
-    return limits[0], limits[1], known_peak(mean[C_D1], mean[C_D2], covariance[C_D2, C_D2], limits[2])
+    return limits[0], limits[1], known_speed(mean[C_D1], mean[C_D2], covariance[C_D2, C_D2], limits[2])
 
 
 class Travel:

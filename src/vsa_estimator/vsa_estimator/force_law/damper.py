@@ -7,7 +7,12 @@ from vsa_common import damper
 from vsa_common.accel import compiled
 from vsa_common.types import Array
 from vsa_estimator.force_law.state import D1, D2, V
-from vsa_estimator.tuning.force_law import MAX_CUBIC_STD, MAX_RELATIVE_SPEED_STD, UNBOUNDED_SPEED
+from vsa_estimator.tuning.force_law import (
+    MAX_CUBIC_STD,
+    MAX_RELATIVE_SPEED_STD,
+    PEAK_SPEED_MARGIN,
+    UNBOUNDED_SPEED,
+)
 
 _peak_speed = compiled(damper.peak_speed)
 
@@ -19,13 +24,15 @@ def peak_speed(d1: float, d2: float) -> float:
 
 
 @compiled
-def known_peak(d1: float, d2: float, d2_variance: float, limit: float) -> float:
-    """Speed [m/s] up to which the cubic is known: v* where d2 determines it, else at most `limit` [m/s].
+def known_speed(d1: float, d2: float, d2_variance: float, limit: float) -> float:
+    """Speed [m/s] up to which the damper force is known: v* where d2 determines it, else below v* and `limit` [m/s].
 
-    A cubic without a peak, as that of a damper that grows with the speed, is an extrapolation.
+    A cubic without a peak, as that of a damper that grows with the speed, is an extrapolation. Beyond v* nothing damps
+    a vibration of the rod.
     """
     peak = peak_speed(d1, d2)
-    return peak if d2 < 0.0 and d2_variance < (MAX_CUBIC_STD * d2) ** 2 else min(peak, limit)
+    known = d2 < 0.0 and d2_variance < (MAX_CUBIC_STD * d2) ** 2
+    return peak if known else PEAK_SPEED_MARGIN * min(peak, limit)
 
 
 @compiled

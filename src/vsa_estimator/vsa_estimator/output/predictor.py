@@ -36,8 +36,8 @@ class Condition(IntFlag):
 
 
 ALIVE, ENCODER_FAULT, STALE = (int(one) for one in Condition)
-_CONVERGING, _VALID, _DEGRADED, _STALE = (
-    int(one) for one in (Status.CONVERGING, Status.VALID, Status.DEGRADED, Status.STALE)
+_CONVERGING, _VALID, _DEGRADED, _STALE, _INADEQUATE = (
+    int(one) for one in (Status.CONVERGING, Status.VALID, Status.DEGRADED, Status.STALE, Status.MODEL_INADEQUATE)
 )
 
 Predicted = tuple[
@@ -120,6 +120,8 @@ def write_validity(
         out["status"] = _STALE
     elif degraded and initialized:
         out["status"] = _DEGRADED
+    elif now["model_inadequate"]:
+        out["status"] = _INADEQUATE
     else:
         out["status"] = _VALID if stiffness_valid else _CONVERGING
 

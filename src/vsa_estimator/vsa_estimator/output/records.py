@@ -14,6 +14,7 @@ PUBLISHED = np.dtype([
     ("jerk_density", "f8"),  # [m^2/s^5]
     ("deflection_noise_variance", "f8"),  # [m^2]
     ("suspended", "?"), ("initialized", "?"),  # the operating mode
+    ("model_inadequate", "?"),
     ("inertia_observable", "?"),
     ("step_ns", "i8"),  # instant of the last step
     ("fault_until_ns", "i8"),  # stamp until which a fault is active

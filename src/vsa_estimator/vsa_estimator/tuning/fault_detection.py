@@ -19,8 +19,6 @@ MIN_BASELINE = _constant("MIN_BASELINE", 0.03, "s", 0.02, 0.1,
 VELOCITY_STD = _constant("VELOCITY_STD", 0.14e-3, "m/s", 0.05e-3, 0.5e-3,
     "noise of the velocity difference, that of 0.01 mm over 0.1 s: a quieter encoder allows a shorter baseline, whose error by jerk is smaller",
     "docs/decisions/0016-parity-residual.md")  # fmt: skip
-PEAK_SPEED_MARGIN = _constant("PEAK_SPEED_MARGIN", 0.85, "1", 0.4, 1.0,
-    "share of v* up to which a mean speed determines the damper force", "ablation")  # fmt: skip
 MAX_DAMPER_ERROR = _constant("MAX_DAMPER_ERROR", 2.0, "N", 0.5, 8.0,
     "error of a residual by acceleration within the baseline, or as a single outlier, above which it is excluded", "ablation")  # fmt: skip
 MEAN_SPEED_ERROR = _constant("MEAN_SPEED_ERROR", 1.0 / 3.0, "1", 0.1, 1.0,

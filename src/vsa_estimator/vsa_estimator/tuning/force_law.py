@@ -17,7 +17,11 @@ UNBOUNDED_SPEED = _constant(
 )  # fmt: skip
 MAX_CUBIC_STD = _constant(
     "MAX_CUBIC_STD", 0.1, "1", 0.02, 0.5,
-    "standard deviation of d2, relative, up to which v* is known", "derivation: 5 % of v*; three of them are within 1 - PEAK_SPEED_MARGIN",
+    "standard deviation of d2, relative, up to which v* is known", "derivation: 5 % of v*, where the slope of the force is zero: 0.4 % of the greatest force",
+)  # fmt: skip
+PEAK_SPEED_MARGIN = _constant(
+    "PEAK_SPEED_MARGIN", 0.85, "1", 0.4, 1.0,
+    "share of v* up to which a damper whose v* is not determined is known", "ablation",
 )  # fmt: skip
 MAX_RELATIVE_SPEED_STD = _constant(
     "MAX_RELATIVE_SPEED_STD", 0.2, "1", 0.05, 1.0,

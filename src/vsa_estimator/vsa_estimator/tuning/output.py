@@ -33,6 +33,14 @@ MAX_PREDICTION_TIME = _constant("MAX_PREDICTION_TIME", 0.25, "s", 0.05, 2.0,
 STALE_PERIODS = _constant("STALE_PERIODS", 5, "periods", 2, 20, "silence of STALE, or STALE_TIME if that is longer", "contract: docs/reference/faults.md")  # fmt: skip
 STALE_TIME = _constant("STALE_TIME", 0.05, "s", 0.01, 0.5, "silence of STALE", "contract: docs/reference/faults.md")  # fmt: skip
 INVALID_TIME = _constant("INVALID_TIME", 0.1, "s", 0.05, 1.0, "silence that invalidates", "contract: docs/reference/faults.md")  # fmt: skip
+DEFLECTION_BIN = _constant("DEFLECTION_BIN", 0.25, "1", 0.05, 1.0,
+    "width of the bins of the residual by deflection, in 1 / k2", "reported only: 1 mm of the paper's springs")  # fmt: skip
+VELOCITY_BIN = _constant("VELOCITY_BIN", 0.25, "1", 0.05, 1.0,
+    "width of the bins of the residual by velocity, in v*", "reported only: the cubic term changes the damping by at most half in it")  # fmt: skip
+LOCATION_VISITS = _constant("LOCATION_VISITS", 40.0, "1", 10.0, 400.0,
+    "memory of the mean residual of a bin, in visits", "reported only")  # fmt: skip
+LOCATION_SIGNIFICANCE = _constant("LOCATION_SIGNIFICANCE", 4.0, "1", 2.0, 10.0,
+    "mean residual of a bin that is reported, in its standard error", "derivation: 64 bins, one of 250 normal means of them all exceeds it")  # fmt: skip
 MAX_BEYOND_PEAK = _constant(
     "MAX_BEYOND_PEAK", 0.1, "1", 0.01, 0.5,
     "probability of a speed near or beyond v* above which damping is not observable", "a tenth of the mixture",

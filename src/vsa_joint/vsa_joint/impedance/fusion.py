@@ -13,7 +13,10 @@ from vsa_joint.impedance.propagation import consistent_branch, paper_branch, ref
 from vsa_joint.settings import CONSISTENT, JointConfig
 from vsa_joint.tuning import STALE_PERIODS
 
-SEVERITY = (Status.VALID, Status.DEGRADED, Status.CONVERGING, Status.INITIALIZING, Status.STALE, Status.FAULT)
+SEVERITY = (
+    Status.VALID, Status.MODEL_INADEQUATE, Status.DEGRADED, Status.CONVERGING, Status.INITIALIZING, Status.STALE,
+    Status.FAULT,
+)  # fmt: skip
 
 
 class JointEstimate(NamedTuple):

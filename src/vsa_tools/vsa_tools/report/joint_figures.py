@@ -18,6 +18,7 @@ _STATUS_COLORS = {
     Status.DEGRADED: "#e8b23a",
     Status.STALE: "#b48ac9",
     Status.FAULT: "#c8372d",
+    Status.MODEL_INADEQUATE: "#d98f66",
 }
 
 

@@ -169,7 +169,7 @@ def figure_allan(joint: Joint) -> Any:
 def _draw_allan(axes: Any, state: Series, name: str, label: str, color: str) -> None:
     time = state.time
     # With any other status the message repeats the last innovation.
-    updated = np.isin(state["status"], (Status.VALID, Status.DEGRADED))
+    updated = np.isin(state["status"], (Status.VALID, Status.DEGRADED, Status.MODEL_INADEQUATE))
     settled = (time > SETTLING_FRACTION * np.nanmax(time, initial=0.0)) & updated & np.isfinite(state[name])
     if np.count_nonzero(settled) < MIN_SAMPLES:
         return

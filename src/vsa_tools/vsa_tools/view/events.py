@@ -10,7 +10,10 @@ from vsa_common.stamps import NANOSECONDS
 MAX_EVENTS = 40  # of the list: about two screens
 REPEAT_NS = 2 * NANOSECONDS  # [ns] a repetition within this time is counted, not listed again
 REPEAT_DEPTH = 4  # last events among which a repetition is searched: alternating events count as repeated
-SEVERITIES = {"VALID": "ok", "CONVERGING": "info", "INITIALIZING": "info", "DEGRADED": "warning", "STALE": "warning"}
+SEVERITIES = {
+    "VALID": "ok", "CONVERGING": "info", "INITIALIZING": "info",
+    "DEGRADED": "warning", "STALE": "warning", "MODEL_INADEQUATE": "warning",
+}  # fmt: skip
 
 
 @dataclass
