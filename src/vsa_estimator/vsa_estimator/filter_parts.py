@@ -99,8 +99,8 @@ class FilterParts:
         by_bank = self.laws.publishes_bank or not self.modes.initialized
         fit = (self.bank_consistency if by_bank else self.consistency).fit
         if fit is not None:
-            usual, (_, residual, _, _, (deflection, velocity, _), _) = fit
-            self.adequacy.add(usual, residual, deflection, velocity)
+            (mean, std, hidden, in_motion), (_, residual, _, _, (deflection, velocity, _), _) = fit
+            self.adequacy.add((abs(mean) - hidden, std, in_motion), residual, deflection, velocity)
 
     def reconfigure(self, config: EstimatorConfig) -> None:
         """Apply the noise levels of another configuration; state and mode stay."""

@@ -16,6 +16,7 @@ from vsa_simulator.rig.recording import Simulation, TransmissionVariant
 K2, PEAK_SPEED = 250.0, 4e-3  # 1/m, m/s: bins of 1 mm and of 1 mm/s
 WINDOW, WINDOWS = 50, 400  # rows of a decision window, and windows: 200 s
 NONE = np.empty(0)
+MISFIT = 2.0 * MAX_SCALE, 0.0, 1.0  # a window in motion: magnitude [N], stated std [N], share
 
 
 def sweep(rng):
@@ -29,18 +30,34 @@ def sweep(rng):
 def described(deflection, velocity, residual):
     adequacy = Adequacy(K2, PEAK_SPEED)
     for x, v, r in zip(deflection, velocity, residual, strict=True):
-        adequacy.add(2.0 * MAX_SCALE, r, x, v)
+        adequacy.add(MISFIT, r, x, v)
     return adequacy.describe()
 
 
-def test_the_usual_residual_decides_with_a_hysteresis():
+def decided(adequacy, magnitude, std=0.0, in_motion=1.0, count=300):
+    """Whether the law is inadequate after `count` windows."""
+    for _ in range(count):
+        adequacy.add((magnitude, std, in_motion), NONE, NONE, NONE)
+    return adequacy.is_inadequate
+
+
+def test_the_unexplained_force_decides_with_a_hysteresis():
     adequacy = Adequacy(K2, PEAK_SPEED)
-    seen = []
-    for usual in (0.9, 1.1, 1.1 * CONSISTENT_SHARE, 0.9 * CONSISTENT_SHARE, 0.9):
-        adequacy.add(usual * MAX_SCALE, NONE, NONE, NONE)
-        seen.append(adequacy.is_inadequate)
-    assert seen == [False, True, True, False, False]
+    shares = (0.9, 1.1, 1.1 * CONSISTENT_SHARE, 0.9 * CONSISTENT_SHARE, 0.9)
+    assert [decided(adequacy, share * MAX_SCALE) for share in shares] == [False, True, True, False, False]
     assert adequacy.describe() == ""
+
+
+def test_a_residual_within_the_stated_error_is_no_misfit():
+    assert not decided(Adequacy(K2, PEAK_SPEED), 2.0 * MAX_SCALE, std=1.1 * MAX_SCALE)
+    assert decided(Adequacy(K2, PEAK_SPEED), 2.0 * MAX_SCALE, std=0.4 * MAX_SCALE)
+
+
+def test_a_rest_decides_nothing():
+    adequacy = Adequacy(K2, PEAK_SPEED)
+    assert not decided(adequacy, 2.0 * MAX_SCALE, in_motion=0.0)
+    assert decided(adequacy, 2.0 * MAX_SCALE)
+    assert decided(adequacy, 0.0, in_motion=0.0)
 
 
 def test_residuals_of_noise_have_no_place():
@@ -65,10 +82,11 @@ def test_a_misfit_in_velocity_is_placed_with_its_sign():
 
 def test_a_restart_drops_all_that_was_measured():
     adequacy = Adequacy(K2, PEAK_SPEED)
-    adequacy.add(2.0 * MAX_SCALE, np.ones(9), np.full(9, 0.01), np.zeros(9))
+    adequacy.add(MISFIT, np.ones(9), np.full(9, 0.01), np.zeros(9))
+    assert decided(adequacy, 2.0 * MAX_SCALE)
     adequacy.restart()
     assert not adequacy.is_inadequate
-    adequacy.add(2.0 * MAX_SCALE, NONE, NONE, NONE)
+    assert decided(adequacy, 2.0 * MAX_SCALE)
     assert adequacy.describe().endswith("at no particular deflection or velocity")
 
 

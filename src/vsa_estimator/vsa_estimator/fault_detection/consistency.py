@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from vsa_common.types import ResetReason
+from vsa_common.types import Array, ResetReason
 from vsa_estimator.fault_detection.held_law import Law
 from vsa_estimator.fault_detection.isolation import NO_SHIFT, Residuals, SensorShift
 from vsa_estimator.fault_detection.parity_check import ParityCheck
@@ -90,8 +90,8 @@ class ConsistencyMonitor:
         return sensitive and parity.is_consistent
 
     @property
-    def fit(self) -> tuple[float, Residuals] | None:
-        """Usual mean residual [N] and the residuals of the decision window; None without evidence."""
+    def fit(self) -> tuple[Array, Residuals] | None:
+        """`ParityCheck.fit`; None without evidence."""
         return None if self._parity.checkpoint is None or self._parity.no_evidence else self._parity.fit
 
     @property

@@ -117,9 +117,9 @@ class ParityCheck:
         return self._scale.std(DECISION_WINDOW) > MAX_SCALE
 
     @property
-    def fit(self) -> tuple[float, Residuals]:
-        """Usual mean residual [N], and the residuals, of the decision window."""
-        return self._scale.std(DECISION_WINDOW), self._residuals(self._recent)
+    def fit(self) -> tuple[Array, Residuals]:
+        """Column of the decision window in `evaluate_windows` (4,), and its residuals."""
+        return self._windows[:, DECISION_WINDOW].copy(), self._residuals(self._recent)
 
     @property
     def extrapolates(self) -> bool:

@@ -6,16 +6,24 @@ import math
 import numpy as np
 from vsa_common.types import Array
 from vsa_estimator.tuning.fault_detection import CONSISTENT_SHARE, MAX_SCALE
-from vsa_estimator.tuning.output import DEFLECTION_BIN, LOCATION_SIGNIFICANCE, LOCATION_VISITS, VELOCITY_BIN
+from vsa_estimator.tuning.output import (
+    ADEQUACY_MEMORY,
+    DEFLECTION_BIN,
+    LOCATION_SIGNIFICANCE,
+    LOCATION_VISITS,
+    STATED_ERROR,
+    VELOCITY_BIN,
+)
 
 BINS = 32  # of each axis; the outer ones have all that is beyond them
 AXES = ("deflections", "mm"), ("velocities", "mm/s")
 
 
 class Adequacy:
-    """Lack of fit of the published law: its usual residual, and the mean residual by deflection and by velocity.
+    """Lack of fit of the published law: its unexplained force, and the mean residual by deflection and by velocity.
 
-    A law is inadequate while its usual residual is so large that it hides a fault of a sensor.
+    The unexplained force is the root mean square of mean residuals beyond their stated error. A law is inadequate while
+    it is so large that it hides a fault of a sensor.
     """
 
     def __init__(self, k2: float, peak_speed: float) -> None:
@@ -25,19 +33,21 @@ class Adequacy:
 
     def restart(self) -> None:
         """Drop the residuals: the law is another one."""
-        self._usual = 0.0  # [N]
+        self._square = 0.0  # mean square of the unexplained force [N^2]
         self._visit = np.zeros((len(AXES), BINS, 2))  # of each bin: rows of the present visit, sum of residuals [N]
         self._visits = np.zeros((len(AXES), BINS, 3))  # visits, their means [N], and squares of them [N^2]
         self._centre = math.nan  # of the deflections [m]
         self.is_inadequate = False
 
-    def add(self, usual: float, residual: Array, deflection: Array, velocity: Array) -> None:
-        """Add the `usual` mean residual of a window [N], and its rows (n,): residual [N], [m], [m/s].
+    def add(self, window: tuple[float, float, float], residual: Array, deflection: Array, velocity: Array) -> None:
+        """Add a window: magnitude of its mean residual [N], its stated std [N], share in motion; and its rows (n,).
 
         A visit of a bin ends with a window without a row in it; its mean is one sample: residuals are correlated.
         """
-        self._usual = usual
-        self.is_inadequate = usual > MAX_SCALE * (CONSISTENT_SHARE if self.is_inadequate else 1.0)
+        magnitude, std, in_motion = window
+        excess = max(magnitude - STATED_ERROR * std, 0.0)
+        self._square += in_motion / ADEQUACY_MEMORY * (excess * excess - self._square)
+        self.is_inadequate = self._unexplained > MAX_SCALE * (CONSISTENT_SHARE if self.is_inadequate else 1.0)
         if not residual.size:
             return
         if math.isnan(self._centre):
@@ -53,11 +63,16 @@ class Adequacy:
             visit += rows
             visit[ended] = 0.0
 
+    @property
+    def _unexplained(self) -> float:
+        """Force that the law does not explain [N]."""
+        return math.sqrt(self._square)
+
     def describe(self) -> str:
         """What the law does not explain, and where; empty for an adequate law."""
         if not self.is_inadequate:
             return ""
-        return f"model inadequate: {self._usual:.1g} N of the force unexplained, {self._location()}"
+        return f"model inadequate: {self._unexplained:.1g} N of the force unexplained, {self._location()}"
 
     def _location(self) -> str:
         """The bin with the greatest significant mean residual."""

@@ -33,6 +33,10 @@ MAX_PREDICTION_TIME = _constant("MAX_PREDICTION_TIME", 0.25, "s", 0.05, 2.0,
 STALE_PERIODS = _constant("STALE_PERIODS", 5, "periods", 2, 20, "silence of STALE, or STALE_TIME if that is longer", "contract: docs/reference/faults.md")  # fmt: skip
 STALE_TIME = _constant("STALE_TIME", 0.05, "s", 0.01, 0.5, "silence of STALE", "contract: docs/reference/faults.md")  # fmt: skip
 INVALID_TIME = _constant("INVALID_TIME", 0.1, "s", 0.05, 1.0, "silence that invalidates", "contract: docs/reference/faults.md")  # fmt: skip
+STATED_ERROR = _constant("STATED_ERROR", 1.96, "1", 1.0, 4.0,
+    "error of the model force that is stated, in its standard deviation: no misfit", "derivation: 95 % interval")  # fmt: skip
+ADEQUACY_MEMORY = _constant("ADEQUACY_MEMORY", 40.0, "windows in motion", 10.0, 160.0,
+    "memory of the unexplained force: that of the usual residual, 20 s", "EXCITATION_TIME_CONSTANT")  # fmt: skip
 DEFLECTION_BIN = _constant("DEFLECTION_BIN", 0.25, "1", 0.05, 1.0,
     "width of the bins of the residual by deflection, in 1 / k2", "reported only: 1 mm of the paper's springs")  # fmt: skip
 VELOCITY_BIN = _constant("VELOCITY_BIN", 0.25, "1", 0.05, 1.0,
